@@ -1,0 +1,31 @@
+#pragma once
+
+#include <atomic>
+
+#include "mapping/bundle_adjustment.hpp"
+#include "map/map.hpp"
+
+namespace ipl_slam {
+
+struct LocalBundleOptions {
+  int max_keyframes = 20;
+  int max_fixed_keyframes = 30;
+  int min_shared = 15;
+  BundleOptions solver;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.number("max_keyframes", max_keyframes, {1, 1000, "count", "keyframes whose poses are optimised"});
+    v.number("max_fixed_keyframes", max_fixed_keyframes,
+             {0, 1000, "count", "further keyframes that hold the window in place"});
+    v.number("min_shared", min_shared, {1, 1000, "count", "landmarks a keyframe must share to be optimised along"});
+    v.section("solver", solver, "bundle adjustment");
+  }
+};
+
+/// Optimises the newest keyframe, those that share most landmarks with it, and the landmarks they see; keyframes outside
+/// that also see them stay fixed. Observations that end as outliers leave the map.
+void adjust_local_bundle(Map& map, KeyframeId centre, const Camera& camera, const DepthNoiseOptions& noise,
+                         const LocalBundleOptions& options, const std::atomic<bool>* abort);
+
+}  // namespace ipl_slam

@@ -1,0 +1,57 @@
+#include "mapping/local_mapper.hpp"
+
+namespace ipl_slam {
+
+LocalMapper::LocalMapper(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
+                         const MappingOptions& options)
+    : camera_(camera),
+      noise_(noise),
+      options_(options),
+      map_(pyramid),
+      fusion_(camera, pyramid, noise, options.fusion),
+      landmark_culling_(options.culling) {}
+
+std::shared_ptr<const LocalMap> LocalMapper::process(const KeyframeCandidate& candidate,
+                                                     const std::atomic<bool>* abort) {
+  for (const Sighting& s : candidate.sightings) {
+    const PointId point = map_.resolve(s.point);
+    if (point.valid()) map_.count_sightings(point, s.visible, s.found);
+  }
+  const KeyframeId id = insert(candidate.tracked);
+  landmark_culling_.cull(map_);
+  create_landmarks(id);
+  if (map_.keyframes().size() > 1) {
+    fusion_.fuse_around(map_, id);
+    adjust_local_bundle(map_, id, camera_, noise_, options_.bundle, abort);
+    cull_keyframes(map_, id, options_.culling);
+  }
+  return std::make_shared<const LocalMap>(build_local_map(map_, id, options_.local_map));
+}
+
+KeyframeId LocalMapper::insert(const TrackedFrame& tracked) {
+  // The map may have moved since the frame was tracked; its place next to the reference keyframe is still true.
+  const SE3 T_cw =
+      tracked.reference.valid() ? tracked.T_c_reference * map_.pose_of(tracked.reference) : tracked.T_cw;
+  const KeyframeId id = map_.add_keyframe(tracked.frame, T_cw);
+  for (std::uint32_t k = 0; k < tracked.points.size(); ++k) {
+    const PointId point = map_.resolve(tracked.points[k]);
+    if (!point.valid()) continue;
+    map_.add_observation(point, id, k);
+    map_.refresh(point);
+  }
+  return id;
+}
+
+void LocalMapper::create_landmarks(KeyframeId id) {
+  const std::shared_ptr<const Frame> frame = map_.keyframes()[id].frame;
+  const SE3 T_wc = map_.keyframes()[id].T_cw.inverse();
+  for (std::uint32_t k = 0; k < frame->features.size(); ++k) {
+    const Keypoint& keypoint = frame->features.keypoints[k];
+    if (map_.keyframes()[id].points[k].valid()) continue;
+    if (keypoint.depth <= 0.0F || keypoint.depth > options_.landmark_depth) continue;
+    const Eigen::Vector3d p_c = camera_.unproject(keypoint.undistorted.cast<double>(), keypoint.depth);
+    landmark_culling_.watch(map_.add_point(T_wc * p_c, id, k));
+  }
+}
+
+}  // namespace ipl_slam

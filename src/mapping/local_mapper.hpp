@@ -1,0 +1,57 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+
+#include "common/options.hpp"
+#include "mapping/culling.hpp"
+#include "mapping/landmark_fusion.hpp"
+#include "mapping/local_bundle.hpp"
+#include "map/local_map.hpp"
+#include "tracking/tracked_frame.hpp"
+
+namespace ipl_slam {
+
+struct MappingOptions {
+  double landmark_depth = 6.0;
+  LandmarkFusionOptions fusion;
+  CullingOptions culling;
+  LocalBundleOptions bundle;
+  LocalMapOptions local_map;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.number("landmark_depth", landmark_depth, {0.1, 100.0, "m", "keypoints nearer than this become landmarks"});
+    v.section("fusion", fusion, "joining of landmarks that are the same");
+    v.section("culling", culling, "removal of bad landmarks and redundant keyframes");
+    v.section("bundle", bundle, "local bundle adjustment");
+    v.section("local_map", local_map, "the part of the map the tracker works with");
+  }
+};
+
+/// Builds the map: takes keyframes in, makes and joins landmarks, optimises around the newest keyframe.
+class LocalMapper {
+ public:
+  LocalMapper(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
+              const MappingOptions& options);
+
+  /// Adds a keyframe and returns the local map around it. The first one starts the map at its own pose. Bundle
+  /// adjustment ends early when `abort`, if not null, is raised.
+  [[nodiscard]] std::shared_ptr<const LocalMap> process(const KeyframeCandidate& candidate,
+                                                        const std::atomic<bool>* abort = nullptr);
+
+  [[nodiscard]] const Map& map() const { return map_; }
+
+ private:
+  KeyframeId insert(const TrackedFrame& tracked);
+  void create_landmarks(KeyframeId id);
+
+  Camera camera_;
+  DepthNoiseOptions noise_;
+  MappingOptions options_;
+  Map map_;
+  LandmarkFusion fusion_;
+  LandmarkCulling landmark_culling_;
+};
+
+}  // namespace ipl_slam

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/options.hpp"
+#include "features/orb_extractor.hpp"
+#include "geometry/depth_noise.hpp"
+#include "mapping/keyframe_policy.hpp"
+#include "mapping/local_mapper.hpp"
+#include "tracking/tracker.hpp"
+
+namespace ipl_slam {
+
+struct ScheduleOptions {
+  std::string mode = "lockstep";
+  int threads = 1;
+  int frame_queue = 2;
+  int keyframe_queue = 3;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.choice("mode", mode, {"lockstep", "realtime"},
+             "lockstep: stages in fixed order, same input gives the same bytes; realtime: mapping on its own thread");
+    v.number("threads", threads, {1, 64, "count", "threads inside a stage; the result does not depend on it"});
+    v.number("frame_queue", frame_queue, {1, 1000, "frames", "realtime: frames that may wait before the oldest is dropped"});
+    v.number("keyframe_queue", keyframe_queue,
+             {1, 1000, "keyframes", "realtime: keyframes that may wait for the mapper; no new one is made while it is full"});
+  }
+};
+
+/// Everything that can be set, stage by stage. Section names are the names of the stages.
+struct Config {
+  ScheduleOptions schedule;
+  DepthNoiseOptions depth;
+  OrbOptions orb;
+  TrackerOptions tracking;
+  KeyframePolicyOptions keyframes;
+  MappingOptions mapping;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.section("schedule", schedule, "order and threads in which the stages run");
+    v.section("depth", depth, "the depth camera");
+    v.section("orb", orb, "point features");
+    v.section("tracking", tracking, "camera pose of every frame");
+    v.section("keyframes", keyframes, "which frames enter the map");
+    v.section("mapping", mapping, "landmarks and keyframes");
+  }
+};
+
+/// The named presets: "default", every choice as it measured best, and "paper", as the IPL-SLAM paper and ORB-SLAM2,
+/// which it builds on, have it. Throws UserError for any other name.
+[[nodiscard]] Config preset(std::string_view name);
+[[nodiscard]] std::vector<std::string> preset_names();
+
+}  // namespace ipl_slam

@@ -1,0 +1,99 @@
+#include "pipeline/pipeline.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <stdexcept>
+
+#include "common/stopwatch.hpp"
+
+namespace ipl_slam {
+namespace {
+
+ScalePyramid pyramid_of(const Config& config) { return {config.orb.levels, config.orb.scale_factor}; }
+
+std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config& config) {
+  LocalMapper mapper(camera, pyramid_of(config), config.depth, config.mapping);
+  return config.schedule.mode == "realtime"
+             ? make_realtime_mapping(std::move(mapper), static_cast<std::size_t>(config.schedule.keyframe_queue))
+             : make_lockstep_mapping(std::move(mapper));
+}
+
+}  // namespace
+
+Pipeline::Pipeline(const Camera& camera, const Config& config)
+    : camera_(camera),
+      threads_(config.schedule.threads),
+      extractor_(config.orb, camera, config.depth, &threads_),
+      tracker_(camera, pyramid_of(config), config.depth, config.tracking),
+      policy_(config.keyframes),
+      mapping_(make_mapping(camera, config)),
+      last_timestamp_(-std::numeric_limits<double>::infinity()) {}
+
+FrameResult Pipeline::process(const RgbdFrame& image) {
+  if (!(image.timestamp > last_timestamp_)) {
+    throw std::invalid_argument(
+        fmt::format("frame at {:.6f} s does not come after the one at {:.6f} s", image.timestamp, last_timestamp_));
+  }
+  last_timestamp_ = image.timestamp;
+  FrameResult result;
+  Stopwatch stopwatch;
+
+  Features features = extractor_.extract(image.color, image.depth);
+  FeatureGrid grid(features, camera_);
+  const auto frame =
+      std::make_shared<const Frame>(Frame{image.index, image.timestamp, std::move(features), std::move(grid)});
+  result.times.features = stopwatch.restart();
+
+  const std::shared_ptr<const LocalMap> map = mapping_->local_map();
+  TrackedFrame tracked = tracker_.track(frame, map);
+  result.times.tracking = stopwatch.restart();
+
+  if (!map && tracker_.can_start_map(*frame)) {
+    start_map(tracked);
+    result.keyframe = true;
+  } else if (map && mapping_->has_room() && policy_.wants(tracked, *map, mapping_->idle())) {
+    mapping_->submit({tracked, tracker_.take_sightings()});
+    result.keyframe = true;
+  }
+
+  if (tracked.state == TrackingState::kTracking) {
+    placed_.push_back({image.timestamp, tracked.reference, tracked.T_c_reference});
+  }
+  result.state = tracked.state;
+  result.T_wc = tracked.T_cw.inverse();
+  result.keypoints = frame->features.size();
+  result.inliers = tracked.inliers;
+  return result;
+}
+
+// The first keyframe stands at the world's origin.
+void Pipeline::start_map(TrackedFrame& first) {
+  mapping_->start({first, {}});
+  first.state = TrackingState::kTracking;
+  first.reference = KeyframeId{0};
+  tracker_.start(first);
+  policy_.started_with(first.frame->index);
+}
+
+Trajectory Pipeline::trajectory() const {
+  Trajectory trajectory;
+  mapping_->read([&](const Map& map, const std::vector<MappingTime>&) {
+    for (const Placed& p : placed_) {
+      trajectory.push_back({p.timestamp, (p.T_c_reference * map.pose_of(p.reference)).inverse()});
+    }
+  });
+  return trajectory;
+}
+
+Trajectory Pipeline::keyframe_trajectory() const {
+  Trajectory trajectory;
+  mapping_->read([&](const Map& map, const std::vector<MappingTime>&) {
+    map.keyframes().for_each([&](KeyframeId, const Keyframe& keyframe) {
+      trajectory.push_back({keyframe.frame->timestamp, keyframe.T_cw.inverse()});
+    });
+  });
+  return trajectory;
+}
+
+}  // namespace ipl_slam

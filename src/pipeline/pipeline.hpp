@@ -1,0 +1,69 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/thread_pool.hpp"
+#include "dataset/rgbd_frame.hpp"
+#include "dataset/trajectory.hpp"
+#include "features/orb_extractor.hpp"
+#include "mapping/keyframe_policy.hpp"
+#include "pipeline/config.hpp"
+#include "pipeline/mapping_schedule.hpp"
+#include "tracking/tracker.hpp"
+
+namespace ipl_slam {
+
+/// What a frame cost, milliseconds of wall-clock time.
+struct FrameTimes {
+  double features = 0.0;  ///< grey image to keypoints and descriptors
+  double tracking = 0.0;  ///< keypoints to pose
+};
+
+/// What became of a frame.
+struct FrameResult {
+  TrackingState state = TrackingState::kInitializing;
+  SE3 T_wc;  ///< camera-to-world as known now; the trajectory at the end is better
+  std::size_t keypoints = 0;
+  int inliers = 0;
+  bool keyframe = false;
+  FrameTimes times;
+};
+
+/// The whole system: frames in, poses and map out. The order of the stages is that of process(); which thread the mapper
+/// runs on is the business of its schedule.
+class Pipeline {
+ public:
+  Pipeline(const Camera& camera, const Config& config);
+
+  /// Frames must come in order of time and have the camera's size; throws std::invalid_argument otherwise.
+  FrameResult process(const RgbdFrame& image);
+  /// Waits for the mapper. To be called before the results below are final.
+  void finish() { mapping_->finish(); }
+
+  /// Camera-to-world poses of all tracked frames, with every correction made since; lost frames have none.
+  [[nodiscard]] Trajectory trajectory() const;
+  [[nodiscard]] Trajectory keyframe_trajectory() const;
+  [[nodiscard]] const MappingSchedule& mapping() const { return *mapping_; }
+
+ private:
+  // A tracked frame's place relative to a keyframe.
+  struct Placed {
+    double timestamp;
+    KeyframeId reference;
+    SE3 T_c_reference;
+  };
+
+  void start_map(TrackedFrame& first);
+
+  Camera camera_;
+  ThreadPool threads_;
+  OrbExtractor extractor_;
+  Tracker tracker_;
+  KeyframePolicy policy_;
+  std::unique_ptr<MappingSchedule> mapping_;
+  std::vector<Placed> placed_;
+  double last_timestamp_;
+};
+
+}  // namespace ipl_slam

@@ -1,0 +1,89 @@
+#include "tracking/relocalizer.hpp"
+
+#include <algorithm>
+
+#include "common/random.hpp"
+#include "geometry/alignment.hpp"
+#include "geometry/ransac.hpp"
+
+namespace ipl_slam {
+namespace {
+
+// Rigid motion from three points measured in both frames, judged by where it puts the keyframe's points in the image:
+// pixels are a fairer measure than metres, which a far point's depth alone can use up.
+class MotionEstimator {
+ public:
+  using Model = SE3;  // T_ck: keyframe to frame
+  static constexpr std::size_t kSampleSize = 3;
+
+  explicit MotionEstimator(const Camera& camera) : camera_(camera) {}
+
+  void add(const Keypoint& keyframe_keypoint, const Keypoint& frame_keypoint, double scale) {
+    points_k_.push_back(
+        camera_.unproject(keyframe_keypoint.undistorted.cast<double>(), keyframe_keypoint.depth));
+    points_c_.push_back(camera_.unproject(frame_keypoint.undistorted.cast<double>(), frame_keypoint.depth));
+    uv_.push_back(frame_keypoint.undistorted.cast<double>());
+    inverse_scale2_.push_back(1.0 / (scale * scale));
+  }
+
+  [[nodiscard]] std::size_t size() const { return uv_.size(); }
+
+  [[nodiscard]] std::optional<SE3> fit(std::span<const std::uint32_t> indices) const {
+    std::vector<Eigen::Vector3d> from, to;
+    for (const std::uint32_t i : indices) {
+      from.push_back(points_k_[i]);
+      to.push_back(points_c_[i]);
+    }
+    return align_rigid(from, to);
+  }
+
+  [[nodiscard]] double squared_error(const SE3& T_ck, std::uint32_t i) const {
+    const Eigen::Vector3d p_c = T_ck * points_k_[i];
+    if (p_c.z() <= 0.0) return std::numeric_limits<double>::infinity();
+    return (uv_[i] - camera_.project(p_c)).squaredNorm() * inverse_scale2_[i];
+  }
+
+ private:
+  const Camera& camera_;
+  std::vector<Eigen::Vector3d> points_k_, points_c_;
+  std::vector<Eigen::Vector2d> uv_;
+  std::vector<double> inverse_scale2_;
+};
+
+}  // namespace
+
+Relocalizer::Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options)
+    : camera_(camera), pyramid_(pyramid), options_(options) {}
+
+std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const LocalMap& map, const SE3& T_cw_guess) const {
+  const Eigen::Vector3d position = T_cw_guess.inverse().translation();
+  std::vector<std::pair<double, const LocalKeyframe*>> order;
+  for (const LocalKeyframe& keyframe : map.keyframes) {
+    order.emplace_back((keyframe.T_cw.inverse().translation() - position).norm(), &keyframe);
+  }
+  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (std::size_t i = 0; i < order.size() && i < static_cast<std::size_t>(options_.max_keyframes); ++i) {
+    if (const auto T_cw = pose_from(frame, *order[i].second)) return T_cw;
+  }
+  return std::nullopt;
+}
+
+std::optional<SE3> Relocalizer::pose_from(const Frame& frame, const LocalKeyframe& keyframe) const {
+  const Features& there = keyframe.frame->features;
+  MotionEstimator estimator(camera_);
+  for (const auto& [i, j] : match_brute_force(there, frame.features, options_.match)) {
+    const Keypoint& a = there.keypoints[i];
+    const Keypoint& b = frame.features.keypoints[j];
+    if (a.depth > 0.0F && b.depth > 0.0F) estimator.add(a, b, pyramid_.scale(b.level));
+  }
+  RansacOptions ransac_options;
+  ransac_options.threshold = options_.ransac_threshold;
+  ransac_options.max_iterations = options_.ransac_iterations;
+  ransac_options.min_inliers = options_.min_matches;
+  Random random(hash64(frame.index, keyframe.id.value));
+  const auto result = ransac(estimator, ransac_options, random);
+  if (!result) return std::nullopt;
+  return result->model * keyframe.T_cw;
+}
+
+}  // namespace ipl_slam

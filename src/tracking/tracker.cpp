@@ -1,0 +1,240 @@
+#include "tracking/tracker.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace ipl_slam {
+namespace {
+
+PointMatch make_match(const Eigen::Vector3d& point_w, const Keypoint& keypoint, const ScalePyramid& pyramid) {
+  return {point_w, keypoint.undistorted.cast<double>(), keypoint.depth, pyramid.sigma2(keypoint.level), 1.0};
+}
+
+}  // namespace
+
+Tracker::Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
+                 const TrackerOptions& options)
+    : camera_(camera),
+      pyramid_(pyramid),
+      options_(options),
+      optimizer_(camera, noise, options.pose),
+      visibility_(camera, pyramid),
+      relocalizer_(camera, pyramid, options.relocalizer) {}
+
+TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map) {
+  if (!map) {
+    TrackedFrame waiting;
+    waiting.points.resize(frame->features.size());
+    waiting.frame = std::move(frame);
+    return waiting;
+  }
+  adopt(std::move(map));
+
+  Placement placement = place_by_prediction(*frame);
+  if (placement.inliers < options_.min_prediction_inliers) {
+    const std::optional<SE3> T_cw = relocalizer_.find_pose(*frame, *map_, motion_.last_pose());
+    if (T_cw) placement = {*T_cw, std::vector<int>(frame->features.size(), -1), 0};
+    if (!T_cw) return conclude(std::move(frame), {});
+  }
+  placement = place_in_local_map(*frame, placement);
+  return conclude(std::move(frame), placement);
+}
+
+// Takes over a new local map: the last pose and velocity follow the correction of the reference keyframe.
+void Tracker::adopt(std::shared_ptr<const LocalMap> map) {
+  if (map == map_) return;
+  flush_sightings();
+  map_ = std::move(map);
+  counting_.resize(map_->points.size());
+  for (std::size_t i = 0; i < counting_.size(); ++i) counting_[i] = {map_->points[i].id, 0, 0};
+  if (const LocalKeyframe* reference = map_->find_keyframe(last_.reference)) {
+    last_.T_cw = last_.T_c_reference * reference->T_cw;
+    motion_.rebase(last_.T_cw);
+  }
+}
+
+Tracker::Placement Tracker::place_by_prediction(const Frame& frame) const {
+  if (lost_ || !last_.frame) return {};
+  const SE3 T_cw = motion_.predict(frame.timestamp);
+  Placement placement = match_last_frame(frame, T_cw, options_.prediction_radius);
+  if (placement.inliers < options_.min_prediction_inliers) {
+    placement = match_last_frame(frame, T_cw, 2.0 * options_.prediction_radius);
+  }
+  return placement;
+}
+
+// Looks for the last frame's points around where the predicted pose puts them. Points without a landmark serve too,
+// placed by their own depth: they carry the pose where the map is still thin.
+Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw, double radius) const {
+  const Features& last = last_.frame->features;
+  const SE3 T_wl = last_.T_cw.inverse();
+  std::vector<ProjectedPoint> windows;
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<int> landmarks;
+  for (std::size_t i = 0; i < last.size(); ++i) {
+    const Keypoint& keypoint = last.keypoints[i];
+    const int landmark = last_.points[i].valid() ? map_->find_point(last_.points[i]) : -1;
+    if (landmark < 0 && keypoint.depth <= 0.0F) continue;
+    const Eigen::Vector3d position =
+        landmark >= 0 ? map_->points[landmark].position
+                      : T_wl * camera_.unproject(keypoint.undistorted.cast<double>(), keypoint.depth);
+    const Eigen::Vector3d p_c = T_cw * position;
+    if (p_c.z() <= 0.0) continue;
+    const Eigen::Vector2d uv = camera_.project(p_c);
+    if (!visibility_.inside(uv)) continue;
+    ProjectedPoint window{};
+    window.uv = uv.cast<float>();
+    window.radius = static_cast<float>(radius * pyramid_.scale(keypoint.level));
+    window.min_level = keypoint.level - 1;
+    window.max_level = keypoint.level + 1;
+    window.depth = static_cast<float>(p_c.z());
+    window.descriptor = &last.descriptors[i];
+    window.angle = keypoint.angle;
+    windows.push_back(window);
+    positions.push_back(position);
+    landmarks.push_back(landmark);
+  }
+
+  const std::vector<int> found = match_projected(frame.features, frame.grid, windows, options_.last_frame_match);
+  std::vector<PointMatch> matches;
+  std::vector<std::pair<int, int>> owners;  // keypoint, landmark
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i] < 0) continue;
+    matches.push_back(make_match(positions[i], frame.features.keypoints[found[i]], pyramid_));
+    owners.emplace_back(found[i], landmarks[i]);
+  }
+  const PoseEstimate estimate = optimizer_.optimize(T_cw, matches);
+  Placement placement{estimate.T_cw, std::vector<int>(frame.features.size(), -1), estimate.inliers};
+  for (std::size_t i = 0; i < owners.size(); ++i) {
+    if (estimate.inlier[i]) placement.points[owners[i].first] = owners[i].second;
+  }
+  return placement;
+}
+
+// Searches the whole local map from a pose that is nearly right, and settles the pose with all that is found.
+Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placement& start) {
+  std::vector<std::uint8_t> taken(frame.features.size(), 0);
+  std::vector<std::uint8_t> matched(map_->points.size(), 0);
+  for (std::size_t k = 0; k < start.points.size(); ++k) {
+    if (start.points[k] < 0) continue;
+    taken[k] = 1;
+    matched[start.points[k]] = 1;
+  }
+
+  std::vector<ProjectedPoint> windows;
+  std::vector<int> landmarks;
+  for (std::size_t i = 0; i < map_->points.size(); ++i) {
+    if (matched[i]) continue;
+    if (const auto window = visibility_.project(start.T_cw, map_->points[i], options_.local_radius)) {
+      windows.push_back(*window);
+      landmarks.push_back(static_cast<int>(i));
+    }
+  }
+  const std::vector<int> found =
+      match_projected(frame.features, frame.grid, windows, options_.local_map_match, taken);
+
+  std::vector<int> points = start.points;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i] >= 0) points[found[i]] = landmarks[i];
+  }
+  std::vector<PointMatch> matches;
+  std::vector<std::size_t> keypoints;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (points[k] < 0) continue;
+    matches.push_back(make_match(map_->points[points[k]].position, frame.features.keypoints[k], pyramid_));
+    keypoints.push_back(k);
+  }
+  const PoseEstimate estimate = optimizer_.optimize(start.T_cw, matches);
+
+  for (const int landmark : landmarks) ++counting_[landmark].visible;
+  Placement placement{estimate.T_cw, std::move(points), estimate.inliers};
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    int& landmark = placement.points[keypoints[i]];
+    if (matched[landmark]) ++counting_[landmark].visible;
+    if (estimate.inlier[i]) {
+      ++counting_[landmark].found;
+    } else {
+      landmark = -1;
+    }
+  }
+  return placement;
+}
+
+TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placement& placement) {
+  const int needed = lost_ ? options_.min_inliers_recovering : options_.min_inliers;
+  TrackedFrame result;
+  result.inliers = placement.inliers;
+  if (placement.inliers < needed) {
+    lost_ = true;
+    motion_.stop();
+    result.state = TrackingState::kLost;
+    result.T_cw = last_.T_cw;
+    result.reference = last_.reference;
+    result.T_c_reference = last_.T_c_reference;
+    result.points.resize(frame->features.size());
+    result.frame = std::move(frame);
+    return result;
+  }
+  lost_ = false;
+  motion_.update(frame->timestamp, placement.T_cw);
+  const LocalKeyframe& reference = most_shared_keyframe(placement.points);
+  result.state = TrackingState::kTracking;
+  result.T_cw = placement.T_cw;
+  result.reference = reference.id;
+  result.T_c_reference = placement.T_cw * reference.T_cw.inverse();
+  result.points.resize(frame->features.size());
+  for (std::size_t k = 0; k < placement.points.size(); ++k) {
+    if (placement.points[k] >= 0) result.points[k] = map_->points[placement.points[k]].id;
+  }
+  result.frame = std::move(frame);
+  last_ = result;
+  return result;
+}
+
+const LocalKeyframe& Tracker::most_shared_keyframe(const std::vector<int>& points) const {
+  std::vector<std::uint8_t> seen(map_->points.size(), 0);
+  for (const int point : points) {
+    if (point >= 0) seen[point] = 1;
+  }
+  const LocalKeyframe* best = &map_->keyframes.back();
+  int best_shared = -1;
+  for (const LocalKeyframe& keyframe : map_->keyframes) {
+    int shared = 0;
+    for (const std::uint32_t point : keyframe.points) shared += seen[point];
+    if (shared >= best_shared) {  // among equals the newest
+      best_shared = shared;
+      best = &keyframe;
+    }
+  }
+  return *best;
+}
+
+bool Tracker::can_start_map(const Frame& frame) const {
+  const auto with_depth = std::count_if(frame.features.keypoints.begin(), frame.features.keypoints.end(),
+                                        [](const Keypoint& k) { return k.depth > 0.0F; });
+  return with_depth >= options_.min_initial_depths;
+}
+
+void Tracker::start(const TrackedFrame& first) {
+  last_ = first;
+  lost_ = false;
+  motion_.stop();
+  motion_.update(first.frame->timestamp, first.T_cw);
+}
+
+void Tracker::flush_sightings() {
+  for (const Sighting& s : counting_) {
+    if (s.visible > 0) sightings_.push_back(s);
+  }
+  counting_.clear();
+}
+
+std::vector<Sighting> Tracker::take_sightings() {
+  for (Sighting& s : counting_) {
+    if (s.visible > 0) sightings_.push_back(s);
+    s.visible = s.found = 0;
+  }
+  return std::exchange(sightings_, {});
+}
+
+}  // namespace ipl_slam

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/options.hpp"
+#include "geometry/camera.hpp"
+#include "map/local_map.hpp"
+#include "tracking/motion_model.hpp"
+#include "tracking/pose_optimizer.hpp"
+#include "tracking/relocalizer.hpp"
+#include "tracking/tracked_frame.hpp"
+#include "tracking/visibility.hpp"
+
+namespace ipl_slam {
+
+struct TrackerOptions {
+  int min_initial_depths = 100;
+  double prediction_radius = 10.0;
+  int min_prediction_inliers = 20;
+  double local_radius = 3.0;
+  int min_inliers = 30;
+  int min_inliers_recovering = 50;
+  MatchOptions last_frame_match;
+  MatchOptions local_map_match;
+  PoseOptimizerOptions pose;
+  RelocalizerOptions relocalizer;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.number("min_initial_depths", min_initial_depths,
+             {10, 10000, "count", "keypoints with depth that a frame needs to start the map"});
+    v.number("prediction_radius", prediction_radius,
+             {1.0, 100.0, "px", "search window around a point of the last frame, at pyramid level 0"});
+    v.number("min_prediction_inliers", min_prediction_inliers,
+             {6, 1000, "count", "inliers with which the predicted pose is believed"});
+    v.number("local_radius", local_radius,
+             {1.0, 50.0, "px", "search window around a landmark of the local map, at pyramid level 0"});
+    v.number("min_inliers", min_inliers, {6, 1000, "count", "landmarks a frame must see to count as tracked"});
+    v.number("min_inliers_recovering", min_inliers_recovering,
+             {6, 1000, "count", "the same while the camera is lost"});
+    v.section("last_frame_match", last_frame_match, "descriptor match with a point of the last frame");
+    v.section("local_map_match", local_map_match, "descriptor match with a landmark of the local map");
+    v.section("pose", pose, "pose-only optimisation");
+    v.section("relocalizer", relocalizer, "pose from a keyframe, when prediction fails");
+  }
+};
+
+/// Finds the camera's pose in each frame: predict, match the last frame's points, then the local map's, optimise.
+class Tracker {
+ public:
+  Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
+          const TrackerOptions& options);
+
+  /// Places a frame in `map`, null as long as there is none. Without a map the state is kInitializing with an identity
+  /// pose; the frame can start the map when can_start_map says so.
+  [[nodiscard]] TrackedFrame track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map);
+
+  /// Whether a frame has enough keypoints with depth to start a map.
+  [[nodiscard]] bool can_start_map(const Frame& frame) const;
+  /// The map was started with this frame at the origin.
+  void start(const TrackedFrame& first);
+  /// Hands over what was counted since the last call.
+  [[nodiscard]] std::vector<Sighting> take_sightings();
+
+ private:
+  /// A pose with the landmarks that support it: per keypoint an index into LocalMap::points, or -1.
+  struct Placement {
+    SE3 T_cw;
+    std::vector<int> points;
+    int inliers = 0;
+  };
+
+  void adopt(std::shared_ptr<const LocalMap> map);
+  [[nodiscard]] Placement place_by_prediction(const Frame& frame) const;
+  [[nodiscard]] Placement match_last_frame(const Frame& frame, const SE3& T_cw, double radius) const;
+  [[nodiscard]] Placement place_in_local_map(const Frame& frame, const Placement& start);
+  [[nodiscard]] TrackedFrame conclude(std::shared_ptr<const Frame> frame, const Placement& placement);
+  [[nodiscard]] const LocalKeyframe& most_shared_keyframe(const std::vector<int>& points) const;
+  void flush_sightings();
+
+  Camera camera_;
+  ScalePyramid pyramid_;
+  TrackerOptions options_;
+  PoseOptimizer optimizer_;
+  Visibility visibility_;
+  Relocalizer relocalizer_;
+  MotionModel motion_;
+
+  std::shared_ptr<const LocalMap> map_;
+  TrackedFrame last_;                   // the last frame that was tracked
+  bool lost_ = false;
+  std::vector<Sighting> counting_;      // per point of map_
+  std::vector<Sighting> sightings_;     // of local maps before map_
+};
+
+}  // namespace ipl_slam
