@@ -14,7 +14,9 @@ Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& phi) {
   const Eigen::Matrix3d W = skew(phi);
   if (theta < kSmallAngle) return Eigen::Matrix3d::Identity() + 0.5 * W + W * W / 6.0;
   const double theta2 = theta * theta;
-  return Eigen::Matrix3d::Identity() + (1.0 - std::cos(theta)) / theta2 * W +
+  const double s =
+      std::sin(0.5 * theta);  // 2 s^2 is 1 - cos(theta), without its cancellation at small angles
+  return Eigen::Matrix3d::Identity() + 2.0 * s * s / theta2 * W +
          (theta - std::sin(theta)) / (theta2 * theta) * W * W;
 }
 
@@ -34,7 +36,9 @@ SE3 SE3::exp(const Vector6d& twist) {
   return {q, left_jacobian(phi) * twist.head<3>()};
 }
 
-double SE3::angle() const { return 2.0 * std::atan2(q_.vec().norm(), std::abs(q_.w())); }
+double SE3::angle() const {
+  return 2.0 * std::atan2(q_.vec().norm(), std::abs(q_.w()));
+}
 
 Vector6d SE3::log() const {
   // q and -q are the same rotation; the one with w >= 0 has the smaller angle.

@@ -8,9 +8,9 @@ namespace ipl_slam {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// Rigid-body transform x' = R x + t, the project's one pose type. A variable named T_ab maps coordinates of frame b
-/// into frame a: T_cw takes world points into the camera, T_wc = T_cw.inverse() is the camera's pose in the world.
-/// Lengths in metres. The camera frame is x right, y down, z forward.
+/// Rigid-body transform x' = R x + t, the project's one pose type. A variable named T_ab maps coordinates of
+/// frame b into frame a: T_cw takes world points into the camera, T_wc = T_cw.inverse() is the camera's pose
+/// in the world. Lengths in metres. The camera frame is x right, y down, z forward.
 class SE3 {
  public:
   SE3() = default;

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "common/options.hpp"
 #include "geometry/camera.hpp"
@@ -23,29 +24,43 @@ struct PointMatch {
 
 struct PoseOptimizerOptions {
   int rounds = 4;
+  int robust_rounds = 2;
   int iterations = 10;
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("rounds", rounds, {1, 20, "count", "rounds of optimise, then sort matches into inliers and outliers"});
-    v.number("iterations", iterations, {1, 100, "count", "Gauss-Newton/Levenberg-Marquardt steps per round at most"});
+    v.number("rounds", rounds,
+             {1, 20, "count", "rounds of optimise, then sort all matches into inliers and outliers"});
+    v.number("robust_rounds", robust_rounds,
+             {0, 20, "count", "first rounds that use the Huber kernel; the later ones trust the sorting"});
+    v.number("iterations", iterations, {1, 100, "count", "Levenberg-Marquardt steps per round at most"});
   }
 };
 
 struct PoseEstimate {
   SE3 T_cw;
-  std::vector<std::uint8_t> inlier;              ///< 1 or 0 per match
+  std::vector<std::uint8_t> inlier;  ///< 1 or 0 per match
   int inliers = 0;
-  Matrix6d information = Matrix6d::Zero();       ///< J^T W J at the solution; left perturbation (rho, phi) of T_cw
+  /// J^T W J over the inliers at the solution, W = weight x inverse variance; left perturbation (rho, phi) of
+  /// T_cw, so rows and columns in 1/m and 1/rad. Its inverse is the pose's covariance where it has one
+  /// (inliers that see all six directions); it is zero where inliers = 0.
+  Matrix6d information = Matrix6d::Zero();
 };
 
-/// Camera pose from matches to known points: Huber-robust reprojection error:
-/// sum rho(alpha_p e^T Omega e), paper section 3.5, with measured inverse depth as a third residual where there is one.
+/// Camera pose from matches to known points: Levenberg-Marquardt on the Huber-robust reprojection error
+/// sum rho(alpha_p e^T Omega e), paper section 3.5, with measured inverse depth as a third residual where
+/// there is one (geometry/reprojection.hpp).
+///
+/// After each round every match is sorted anew: an inlier's unweighted error e^T Omega e stays below the 95 %
+/// chi-square point. alpha_p says how much a match may pull, not how far off it may be, so it does not enter
+/// the sorting. A match that cannot be used (weight 0, behind the camera, numbers not finite or without
+/// sense) is an outlier. The same input gives the same bytes on every processor.
 class PoseOptimizer {
  public:
   PoseOptimizer(const Camera& camera, const DepthNoiseOptions& noise, const PoseOptimizerOptions& options);
 
-  /// Starts at T_cw. With fewer than 3 usable matches the start value comes back with inliers = 0.
+  /// Starts at T_cw. With fewer than 3 usable matches, at the start or after a round, the start value comes
+  /// back with inliers = 0.
   [[nodiscard]] PoseEstimate optimize(const SE3& T_cw, std::span<const PointMatch> matches) const;
 
  private:

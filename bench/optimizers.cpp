@@ -1,0 +1,117 @@
+// The two optimisers that run all the time: the camera's pose from matches (once per frame) and local bundle
+// adjustment (once per keyframe).
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+#include <benchmark/benchmark.h>
+
+#include "geometry/camera.hpp"
+#include "mapping/bundle_adjustment.hpp"
+#include "tracking/pose_optimizer.hpp"
+
+namespace ipl_slam {
+namespace {
+
+const Camera kCamera{};
+const DepthNoiseOptions kNoise{};
+
+class Random {
+ public:
+  double uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53;
+  }
+  // Sum of twelve uniform numbers: normal enough for a benchmark.
+  double normal(double sigma) {
+    double sum = -6.0;
+    for (int i = 0; i < 12; ++i) sum += uniform(0.0, 1.0);
+    return sigma * sum;
+  }
+  Vector6d twist(double metres, double radians) {
+    Vector6d xi;
+    for (int i = 0; i < 6; ++i) xi[i] = uniform(-1.0, 1.0) * (i < 3 ? metres : radians);
+    return xi;
+  }
+  Eigen::Vector3d noise(double sigma) { return {normal(sigma), normal(sigma), normal(sigma)}; }
+
+ private:
+  std::mt19937_64 engine_{1};
+};
+
+double noisy_depth(double z, Random& random) {
+  return 1.0 / (1.0 / z + random.normal(kNoise.inverse_depth_sigma));
+}
+
+Eigen::Vector3d point_in_view(Random& random) {
+  return kCamera.unproject({random.uniform(0, kCamera.width), random.uniform(0, kCamera.height)},
+                           random.uniform(0.8, 5.0));
+}
+
+// 20 % outliers, 80 % of the matches with depth: what a frame in a room looks like.
+void pose_optimizer(benchmark::State& state) {
+  Random random;
+  const SE3 T_cw = SE3::exp(random.twist(1.0, 0.5));
+  std::vector<PointMatch> matches(static_cast<std::size_t>(state.range(0)));
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const Eigen::Vector3d p_c = point_in_view(random);
+    PointMatch& m = matches[i];
+    m.point_w = T_cw.inverse() * p_c;
+    m.sigma2 = std::pow(1.44, static_cast<double>(i % 8));
+    const double sigma = i % 5 == 0 ? 30.0 : std::sqrt(m.sigma2);
+    m.uv = kCamera.project(p_c) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
+    if (random.uniform(0.0, 1.0) < 0.8) m.depth = noisy_depth(p_c.z(), random);
+  }
+  const SE3 start = SE3::exp(random.twist(0.02, 0.02)) * T_cw;
+  const PoseOptimizer optimizer(kCamera, kNoise, {});
+  for (auto _ : state) benchmark::DoNotOptimize(optimizer.optimize(start, matches));
+}
+BENCHMARK(pose_optimizer)->Arg(100)->Arg(500)->Arg(1000)->Unit(benchmark::kMicrosecond);
+
+// Cameras in a row, half of them fixed; every point is seen from a stretch of it, 5 % of the observations are
+// wrong.
+BundleProblem local_bundle(int poses, int points) {
+  Random random;
+  BundleProblem problem;
+  for (int i = 0; i < poses; ++i) {
+    const Eigen::Vector3d c(0.08 * i, 0.02 * std::sin(i), 0.0);
+    problem.poses.push_back({SE3(Eigen::Quaterniond::Identity(), -c), i < poses / 2});
+  }
+  for (int p = 0; p < points; ++p) {
+    const int seen_from = static_cast<int>(random.uniform(0, poses));
+    const Eigen::Vector3d p_w =
+        problem.poses[static_cast<std::size_t>(seen_from)].T_cw.inverse() * point_in_view(random);
+    for (int i = std::max(0, seen_from - 3); i < std::min(poses, seen_from + 4); ++i) {
+      const Eigen::Vector3d p_c = problem.poses[static_cast<std::size_t>(i)].T_cw * p_w;
+      const Eigen::Vector2d uv = kCamera.project(p_c);
+      if (uv.x() < 0 || uv.y() < 0 || uv.x() > kCamera.width || uv.y() > kCamera.height) continue;
+      const double sigma = random.uniform(0.0, 1.0) < 0.05 ? 30.0 : 1.0;
+      BundleProblem::Observation o;
+      o.pose = static_cast<std::uint32_t>(i), o.point = static_cast<std::uint32_t>(p);
+      o.uv = uv + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
+      if (random.uniform(0.0, 1.0) < 0.8) o.depth = noisy_depth(p_c.z(), random);
+      problem.observations.push_back(o);
+    }
+    problem.points.push_back(p_w + random.noise(0.03));
+  }
+  for (auto& pose : problem.poses)
+    if (!pose.fixed) pose.T_cw = SE3::exp(random.twist(0.02, 0.01)) * pose.T_cw;
+  return problem;
+}
+
+void local_bundle_adjustment(benchmark::State& state) {
+  const BundleProblem start =
+      local_bundle(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+  BundleResult result;
+  for (auto _ : state) {
+    BundleProblem problem = start;
+    result = adjust_bundle(problem, kCamera, kNoise, {});
+  }
+  state.counters["observations"] = static_cast<double>(start.observations.size());
+  state.counters["iterations"] = result.iterations;
+}
+BENCHMARK(local_bundle_adjustment)->Args({8, 300})->Args({20, 1500})->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace ipl_slam

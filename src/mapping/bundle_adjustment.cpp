@@ -1,0 +1,246 @@
+#include "mapping/bundle_adjustment.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <stdexcept>
+
+#include <ceres/ceres.h>
+
+#include "geometry/robust.hpp"
+#include "mapping/bundle_adjustment_costs.hpp"
+
+namespace ipl_slam {
+namespace {
+
+using PoseBlock = std::array<double, kPoseBlockSize>;
+
+// Up to this many free poses the reduced camera system is factorised as a dense matrix; beyond it, where most
+// pairs of poses share no point, as a sparse one.
+constexpr int kMostDensePoses = 60;
+
+class AbortCallback final : public ceres::IterationCallback {
+ public:
+  explicit AbortCallback(const std::atomic<bool>* abort) : abort_(abort) {}
+  [[nodiscard]] bool raised() const { return abort_ && abort_->load(std::memory_order_relaxed); }
+
+  // Ceres hands back the best state only after a "successful" end.
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return raised() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const std::atomic<bool>* abort_;
+};
+
+// Same bounds as the pose optimiser's: beyond them squares lose their meaning.
+bool sensible(double value) {
+  return std::abs(value) < 1e9;
+}
+
+class Adjustment {
+ public:
+  Adjustment(BundleProblem& problem, const Camera& camera, const DepthNoiseOptions& noise,
+             const std::atomic<bool>* abort)
+      : problem_(problem), camera_(camera), noise_(noise), abort_(abort), ceres_(problem_options()) {
+    check_indices();
+    build();
+  }
+
+  BundleResult run(const BundleOptions& options);
+
+ private:
+  static ceres::Problem::Options problem_options() {
+    ceres::Problem::Options options;
+    options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.disable_all_safety_checks = true;
+    return options;
+  }
+
+  void check_indices() const;
+  void build();
+  void add_residual(std::size_t index);
+  void solve(int iterations, BundleResult& result);
+  void take_outliers_out(const std::vector<std::uint8_t>& outlier);
+  void write_back(const std::vector<std::uint8_t>& outlier);
+
+  [[nodiscard]] bool has_depth(const BundleProblem::Observation& o) const {
+    return o.depth >= kMinProjectionDepth && o.depth <= noise_.max_depth;
+  }
+  [[nodiscard]] bool usable(const BundleProblem::Observation& o) const;
+  [[nodiscard]] double chi2(const BundleProblem::Observation& o) const;
+  double classify(std::vector<std::uint8_t>& outlier) const;
+
+  BundleProblem& problem_;
+  const Camera& camera_;
+  const DepthNoiseOptions& noise_;
+  AbortCallback abort_;
+
+  std::vector<PoseBlock> poses_;
+  std::vector<Eigen::Vector3d> points_;
+  std::deque<PointCost<2>> pixel_costs_;  // Ceres keeps pointers to them: a deque's elements do not move
+  std::deque<PointCost<3>> depth_costs_;
+  std::vector<ceres::ResidualBlockId> residuals_;  // per observation, null where it takes no part
+  int free_poses_ = 0;
+
+  SE3Manifold manifold_;
+  ceres::HuberLoss huber2_{std::sqrt(kChi2For2Dof)}, huber3_{std::sqrt(kChi2For3Dof)};
+  ceres::Problem ceres_;  // last: it refers to everything above
+};
+
+void Adjustment::check_indices() const {
+  for (const auto& o : problem_.observations)
+    if (o.pose >= problem_.poses.size() || o.point >= problem_.points.size())
+      throw std::out_of_range("adjust_bundle: an observation's index lies outside the poses or points");
+}
+
+bool Adjustment::usable(const BundleProblem::Observation& o) const {
+  const Eigen::Vector3d& p = problem_.points[o.point];
+  const SE3& T_cw = problem_.poses[o.pose].T_cw;
+  return sensible(p.x()) && sensible(p.y()) && sensible(p.z()) && sensible(o.uv.x()) && sensible(o.uv.y()) &&
+         std::isfinite(o.depth) && o.sigma2 > 1e-9 && sensible(o.sigma2) && o.weight > 0.0 &&
+         sensible(o.weight) && T_cw.rotation().coeffs().allFinite() && T_cw.translation().allFinite() &&
+         (T_cw * p).z() >= kMinProjectionDepth;
+}
+
+void Adjustment::build() {
+  const auto& observations = problem_.observations;
+  poses_.resize(problem_.poses.size());
+  for (std::size_t i = 0; i < poses_.size(); ++i) to_pose_block(problem_.poses[i].T_cw, poses_[i].data());
+  points_ = problem_.points;
+  residuals_.resize(observations.size(), nullptr);
+  for (std::size_t i = 0; i < observations.size(); ++i)
+    if (usable(observations[i])) add_residual(i);
+
+  const bool gauge_free =
+      std::none_of(problem_.poses.begin(), problem_.poses.end(), [](const auto& pose) { return pose.fixed; });
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (!ceres_.HasParameterBlock(poses_[i].data())) continue;
+    if (problem_.poses[i].fixed || (gauge_free && i == 0)) {
+      ceres_.SetParameterBlockConstant(poses_[i].data());
+    } else {
+      ceres_.SetManifold(poses_[i].data(), &manifold_);
+      ++free_poses_;
+    }
+  }
+}
+
+void Adjustment::add_residual(std::size_t index) {
+  const auto& o = problem_.observations[index];
+  double* pose = poses_[o.pose].data();
+  double* point = points_[o.point].data();
+  if (has_depth(o)) {
+    depth_costs_.emplace_back(camera_, noise_, o);
+    residuals_[index] = ceres_.AddResidualBlock(&depth_costs_.back(), &huber3_, pose, point);
+  } else {
+    pixel_costs_.emplace_back(camera_, noise_, o);
+    residuals_[index] = ceres_.AddResidualBlock(&pixel_costs_.back(), &huber2_, pose, point);
+  }
+}
+
+double Adjustment::chi2(const BundleProblem::Observation& o) const {
+  const Eigen::Vector3d p_c = from_pose_block(poses_[o.pose].data()) * points_[o.point];
+  if (!(p_c.z() >= kMinProjectionDepth)) return kBehindCameraChi2;
+  PointResidual<double> r;
+  point_residual(camera_, p_c.x(), p_c.y(), p_c.z(), o.uv.x(), o.uv.y(), has_depth(o) ? 1.0 / o.depth : 0.0,
+                 r);
+  const double pixels = (r.e[0] * r.e[0] + r.e[1] * r.e[1]) / o.sigma2;
+  const double e_d = r.e[2] / noise_.inverse_depth_sigma;
+  return has_depth(o) ? pixels + e_d * e_d : pixels;
+}
+
+// Sorts all observations at the current state and returns the robust cost of those that were usable at the
+// start, whether they take part any more or not: so costs before and after can be compared.
+double Adjustment::classify(std::vector<std::uint8_t>& outlier) const {
+  const auto& observations = problem_.observations;
+  outlier.assign(observations.size(), 1);
+  double cost = 0.0;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const auto& o = observations[i];
+    if (!usable(o)) continue;
+    const double s = chi2(o), threshold = has_depth(o) ? kChi2For3Dof : kChi2For2Dof;
+    outlier[i] = s <= threshold ? 0 : 1;
+    cost += 0.5 * huber_cost(o.weight * s, std::sqrt(threshold));
+  }
+  return cost;
+}
+
+void Adjustment::solve(int iterations, BundleResult& result) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = free_poses_ <= kMostDensePoses ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // CHOLMOD, the default, is partly GPL
+  options.dense_linear_algebra_library_type = ceres::EIGEN;
+  options.max_num_iterations = iterations;
+  // With more threads Ceres sums costs, gradients and the Schur complement in the order in which threads
+  // finish.
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  options.callbacks.push_back(&abort_);
+  options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (auto& point : points_)
+    if (ceres_.HasParameterBlock(point.data()))
+      options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
+  for (auto& pose : poses_)
+    if (ceres_.HasParameterBlock(pose.data()))
+      options.linear_solver_ordering->AddElementToGroup(pose.data(), 1);
+
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &ceres_, &summary);
+  result.iterations +=
+      std::max(0, static_cast<int>(summary.iterations.size()) - 1);  // the first is the start value
+  result.aborted = abort_.raised();
+}
+
+void Adjustment::take_outliers_out(const std::vector<std::uint8_t>& outlier) {
+  for (std::size_t i = 0; i < residuals_.size(); ++i) {
+    if (!outlier[i] || !residuals_[i]) continue;
+    ceres_.RemoveResidualBlock(residuals_[i]);
+    residuals_[i] = nullptr;
+  }
+}
+
+// What no inlier speaks for stays where it was.
+void Adjustment::write_back(const std::vector<std::uint8_t>& outlier) {
+  std::vector<std::uint8_t> pose_seen(poses_.size(), 0), point_seen(points_.size(), 0);
+  for (std::size_t i = 0; i < outlier.size(); ++i) {
+    if (outlier[i]) continue;
+    pose_seen[problem_.observations[i].pose] = 1;
+    point_seen[problem_.observations[i].point] = 1;
+  }
+  for (std::size_t i = 0; i < poses_.size(); ++i)
+    if (pose_seen[i] && ceres_.HasParameterBlock(poses_[i].data()) &&
+        !ceres_.IsParameterBlockConstant(poses_[i].data()))
+      problem_.poses[i].T_cw = from_pose_block(poses_[i].data());
+  for (std::size_t i = 0; i < points_.size(); ++i)
+    if (point_seen[i]) problem_.points[i] = points_[i];
+}
+
+BundleResult Adjustment::run(const BundleOptions& options) {
+  BundleResult result;
+  result.initial_cost = classify(result.outlier);
+  result.final_cost = result.initial_cost;
+  result.aborted = abort_.raised();
+  if (result.aborted || ceres_.NumResidualBlocks() == 0) return result;
+  solve(options.robust_iterations, result);
+  result.final_cost = classify(result.outlier);
+  if (!result.aborted && options.final_iterations > 0) {
+    take_outliers_out(result.outlier);
+    if (ceres_.NumResidualBlocks() > 0) solve(options.final_iterations, result);
+    result.final_cost = classify(result.outlier);
+  }
+  write_back(result.outlier);
+  return result;
+}
+
+}  // namespace
+
+BundleResult adjust_bundle(BundleProblem& problem, const Camera& camera, const DepthNoiseOptions& noise,
+                           const BundleOptions& options, const std::atomic<bool>* abort) {
+  return Adjustment(problem, camera, noise, abort).run(options);
+}
+
+}  // namespace ipl_slam
