@@ -6,8 +6,8 @@
 
 namespace ipl_slam {
 
-/// Strongly typed index. Ids replace pointers everywhere: they can be stored, saved and compared, they order in a
-/// way that is the same on every run, and a KeyframeId cannot be passed where a PointId is meant.
+/// Strongly typed index. Ids replace pointers everywhere: they can be stored, saved and compared, they order
+/// in a way that is the same on every run, and a KeyframeId cannot be passed where a PointId is meant.
 template <class Tag>
 struct Id {
   static constexpr std::uint32_t kInvalid = std::numeric_limits<std::uint32_t>::max();
