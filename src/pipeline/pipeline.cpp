@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -31,11 +32,10 @@ Pipeline::Pipeline(const Camera& camera, const Config& config)
       last_timestamp_(-std::numeric_limits<double>::infinity()) {}
 
 FrameResult Pipeline::process(const RgbdFrame& image) {
-  if (!(image.timestamp > last_timestamp_)) {
+  if (!std::isfinite(image.timestamp) || image.timestamp <= last_timestamp_) {
     throw std::invalid_argument(
         fmt::format("frame at {:.6f} s does not come after the one at {:.6f} s", image.timestamp, last_timestamp_));
   }
-  last_timestamp_ = image.timestamp;
   FrameResult result;
   Stopwatch stopwatch;
 
@@ -43,6 +43,7 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   FeatureGrid grid(features, camera_);
   const auto frame =
       std::make_shared<const Frame>(Frame{image.index, image.timestamp, std::move(features), std::move(grid)});
+  last_timestamp_ = image.timestamp;
   result.times.features = stopwatch.restart();
 
   const std::shared_ptr<const LocalMap> map = mapping_->local_map();

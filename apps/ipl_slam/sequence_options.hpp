@@ -1,0 +1,32 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dataset/tum_dataset.hpp"
+#include "geometry/camera.hpp"
+#include "pipeline/config.hpp"
+
+namespace ipl_slam::cli {
+
+/// The options of every verb that runs the system on a sequence, and what they stand for.
+struct SequenceOptions {
+  std::filesystem::path folder;
+  std::string camera;
+  std::string preset = "default";
+  std::string config_file;
+  std::vector<std::string> settings;
+  TumDatasetOptions dataset;
+  std::size_t max_frames = 0;
+
+  void add_to(CLI::App& verb);
+  /// The camera asked for, or the one guessed from the folder; prints which.
+  [[nodiscard]] Camera load_camera() const;
+  /// Preset, then the file, then the single settings.
+  [[nodiscard]] Config load_config() const;
+};
+
+}  // namespace ipl_slam::cli

@@ -1,0 +1,139 @@
+#include "pipeline/run_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ipl_slam/version.hpp>
+#include <map>
+#include <numeric>
+
+#include "common/process_info.hpp"
+
+namespace ipl_slam {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// The value below which `share` of the sorted values lie (nearest rank).
+double percentile(const std::vector<double>& sorted, double share) {
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+  return sorted[std::max<std::size_t>(rank, 1) - 1];
+}
+
+Json distribution(std::vector<double> values) {
+  if (values.empty()) return nullptr;
+  std::sort(values.begin(), values.end());
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  return {{"count", values.size()},
+          {"mean", sum / static_cast<double>(values.size())},
+          {"p50", percentile(values, 0.5)},
+          {"p90", percentile(values, 0.9)},
+          {"p99", percentile(values, 0.99)},
+          {"max", values.back()}};
+}
+
+template <class Get>
+Json stage_times(const SequenceRun& run, Get get, bool keyframes_only = false) {
+  std::vector<double> values;
+  for (const FrameRecord& f : run.frames) {
+    if (!keyframes_only || f.mapping > 0.0) values.push_back(get(f));
+  }
+  return distribution(std::move(values));
+}
+
+Json timing_json(const SequenceRun& run) {
+  return {{"load", stage_times(run, [](const FrameRecord& f) { return f.load; })},
+          {"features", stage_times(run, [](const FrameRecord& f) { return f.result.times.features; })},
+          {"tracking", stage_times(run, [](const FrameRecord& f) { return f.result.times.tracking; })},
+          {"frame", stage_times(run, [](const FrameRecord& f) {
+             return f.result.times.features + f.result.times.tracking;
+           })},
+          {"mapping", stage_times(run, [](const FrameRecord& f) { return f.mapping; }, true)}};
+}
+
+std::map<std::string, std::size_t> skips_by_reason(const SequenceRun& run) {
+  std::map<std::string, std::size_t> counts;
+  for (const SkippedFrame& s : run.skipped) ++counts[s.reason];
+  return counts;
+}
+
+Json skips_json(const SequenceRun& run) {
+  Json list = Json::array();
+  for (const SkippedFrame& s : run.skipped) {
+    list.push_back({{"timestamp", s.timestamp}, {"reason", s.reason}, {"detail", s.detail}});
+  }
+  return {{"count", run.skipped.size()}, {"reasons", skips_by_reason(run)}, {"frames", std::move(list)}};
+}
+
+Json camera_json(const Camera& c) {
+  return {{"name", c.name}, {"width", c.width}, {"height", c.height}, {"fx", c.fx},
+          {"fy", c.fy},     {"cx", c.cx},       {"cy", c.cy},         {"k1", c.k1},
+          {"k2", c.k2},     {"p1", c.p1},       {"p2", c.p2},         {"k3", c.k3},
+          {"depth_scale", c.depth_scale}};
+}
+
+double frames_per_second(const SequenceRun& run) {
+  return run.seconds > 0.0 ? static_cast<double>(run.frames.size()) / run.seconds : 0.0;
+}
+
+}  // namespace
+
+const char* to_string(TrackingState state) {
+  switch (state) {
+    case TrackingState::kInitializing: return "initializing";
+    case TrackingState::kTracking: return "tracking";
+    case TrackingState::kLost: return "lost";
+  }
+  return "?";
+}
+
+Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& map, const Evaluation* evaluation) {
+  Config config = setting.config;
+  return {{"version", kVersion},
+          {"sequence", setting.sequence},
+          {"preset", setting.preset},
+          {"interrupted", run.interrupted},
+          {"frames",
+           {{"total", run.frames.size() + run.skipped.size()},
+            {"processed", run.frames.size()},
+            {"tracked", run.count(TrackingState::kTracking)},
+            {"lost", run.count(TrackingState::kLost)},
+            {"initializing", run.count(TrackingState::kInitializing)},
+            {"skipped", skips_json(run)}}},
+          {"map", {{"keyframes", map.keyframes().size()}, {"landmarks", map.points().size()}}},
+          {"evaluation", evaluation ? evaluation_json(*evaluation) : Json(nullptr)},
+          {"seconds", run.seconds},
+          {"frames_per_second", frames_per_second(run)},
+          {"timing_ms", timing_json(run)},
+          {"peak_memory_bytes", process_memory().peak},
+          {"camera", camera_json(setting.camera)},
+          {"config", options_json(option_table(config))}};
+}
+
+std::string timings_csv(const SequenceRun& run) {
+  std::string csv =
+      "frame,timestamp,state,keypoints,inliers,keyframe,load_ms,features_ms,tracking_ms,mapping_ms\n";
+  for (const FrameRecord& f : run.frames) {
+    csv += fmt::format("{},{:.6f},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f}\n", f.index, f.timestamp,
+                       to_string(f.result.state), f.result.keypoints, f.result.inliers, f.result.keyframe ? 1 : 0,
+                       f.load, f.result.times.features, f.result.times.tracking, f.mapping);
+  }
+  return csv;
+}
+
+std::string run_text(const SequenceRun& run, const Map& map) {
+  std::string text = fmt::format("{} frames: {} tracked, {} lost, {} skipped; {} keyframes, {} landmarks\n",
+                                 run.frames.size() + run.skipped.size(), run.count(TrackingState::kTracking),
+                                 run.count(TrackingState::kLost), run.skipped.size(), map.keyframes().size(),
+                                 map.points().size());
+  if (const std::size_t waiting = run.count(TrackingState::kInitializing)) {
+    text += fmt::format("  {} frames before a map could be started\n", waiting);
+  }
+  for (const auto& [reason, count] : skips_by_reason(run)) text += fmt::format("  {} x {}\n", count, reason);
+  text += fmt::format("{:.1f} s, {:.1f} frames/s, peak memory {} MiB\n", run.seconds, frames_per_second(run),
+                      process_memory().peak >> 20U);
+  return text;
+}
+
+}  // namespace ipl_slam

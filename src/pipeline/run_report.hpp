@@ -1,0 +1,29 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "evaluation/report.hpp"
+#include "pipeline/sequence_run.hpp"
+
+namespace ipl_slam {
+
+/// What a run was made from, for its summary.
+struct RunSetting {
+  std::string sequence;
+  std::string preset;
+  Camera camera;
+  Config config;
+};
+
+/// The content of summary.json (docs/formats.md).
+[[nodiscard]] nlohmann::ordered_json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& map,
+                                                 const Evaluation* evaluation);
+/// The content of timings.csv: one line per processed frame, times in milliseconds.
+[[nodiscard]] std::string timings_csv(const SequenceRun& run);
+/// The same summary in a few lines for the terminal.
+[[nodiscard]] std::string run_text(const SequenceRun& run, const Map& map);
+
+[[nodiscard]] const char* to_string(TrackingState state);
+
+}  // namespace ipl_slam

@@ -1,0 +1,46 @@
+#include "pipeline/sequence_run.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "common/stopwatch.hpp"
+
+namespace ipl_slam {
+
+std::size_t SequenceRun::count(TrackingState state) const {
+  return static_cast<std::size_t>(std::count_if(
+      frames.begin(), frames.end(), [&](const FrameRecord& f) { return f.result.state == state; }));
+}
+
+SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const std::function<bool()>& stop,
+                         const std::function<void(const SequenceRun&)>& progress) {
+  SequenceRun run;
+  const Stopwatch total;
+  for (std::size_t index = 0;; ++index) {
+    run.interrupted = stop();
+    if (run.interrupted) break;
+    const Stopwatch waiting;
+    std::optional<SourceItem> item = source.next();
+    const double load = waiting.milliseconds();
+    if (!item) break;
+    if (item->frame) {
+      run.frames.push_back({item->frame->index, item->timestamp, pipeline.process(*item->frame), load, 0.0});
+    } else {
+      run.skipped.push_back({index, item->timestamp, item->skip_reason, item->detail});
+    }
+    progress(run);
+  }
+  pipeline.finish();
+  run.seconds = total.milliseconds() / 1000.0;
+
+  pipeline.mapping().read([&](const Map&, const std::vector<MappingTime>& times) {
+    std::map<std::size_t, double> by_frame;
+    for (const MappingTime& t : times) by_frame[t.frame_index] = t.milliseconds;
+    for (FrameRecord& f : run.frames) {
+      if (const auto it = by_frame.find(f.index); it != by_frame.end()) f.mapping = it->second;
+    }
+  });
+  return run;
+}
+
+}  // namespace ipl_slam

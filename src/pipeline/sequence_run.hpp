@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "dataset/rgbd_frame.hpp"
+#include "pipeline/pipeline.hpp"
+
+namespace ipl_slam {
+
+/// What is remembered of a frame that was processed. Times in milliseconds.
+struct FrameRecord {
+  std::size_t index = 0;
+  double timestamp = 0.0;
+  FrameResult result;
+  double load = 0.0;     ///< waiting for the images
+  double mapping = 0.0;  ///< the mapper's work on this frame as a keyframe; 0 = no keyframe
+};
+
+/// A frame that was not processed.
+struct SkippedFrame {
+  std::size_t index = 0;
+  double timestamp = 0.0;
+  std::string reason, detail;
+};
+
+/// What happened to a sequence.
+struct SequenceRun {
+  std::vector<FrameRecord> frames;
+  std::vector<SkippedFrame> skipped;
+  bool interrupted = false;
+  double seconds = 0.0;  ///< wall-clock time of the whole run
+
+  [[nodiscard]] std::size_t count(TrackingState state) const;
+};
+
+/// Feeds a source to the pipeline until its end, or until stop() says true, and waits for the mapper.
+/// `progress` is called after each item.
+[[nodiscard]] SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const std::function<bool()>& stop,
+                                       const std::function<void(const SequenceRun&)>& progress);
+
+}  // namespace ipl_slam

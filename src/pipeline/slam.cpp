@@ -1,0 +1,119 @@
+#include <ipl_slam/slam.hpp>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+#include "dataset/camera_config.hpp"
+#include "pipeline/pipeline.hpp"
+
+namespace ipl_slam {
+namespace {
+
+Camera to_camera(const CameraParameters& p) {
+  Camera camera{"custom", p.width, p.height, p.fx, p.fy, p.cx, p.cy, p.k1, p.k2, p.p1, p.p2, p.k3, p.depth_scale};
+  camera.check();
+  return camera;
+}
+
+CameraParameters to_parameters(const Camera& c) {
+  return {c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3, c.depth_scale};
+}
+
+Pose to_pose(const SE3& T) {
+  const Eigen::Vector3d& t = T.translation();
+  const Eigen::Quaterniond& q = T.rotation();
+  return {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()};
+}
+
+std::vector<TimedPose> to_poses(const Trajectory& trajectory) {
+  std::vector<TimedPose> poses;
+  for (const StampedPose& p : trajectory) poses.push_back({p.timestamp, to_pose(p.T_wc)});
+  return poses;
+}
+
+int matrix_type(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::kBgr8:
+    case PixelFormat::kRgb8: return CV_8UC3;
+    case PixelFormat::kGray8: return CV_8UC1;
+    case PixelFormat::kDepth16: return CV_16UC1;
+  }
+  throw std::invalid_argument("unknown pixel format");
+}
+
+// A header over the caller's pixels; nothing is copied.
+cv::Mat wrap(const ImageView& view, const char* what) {
+  if (view.data == nullptr || view.width <= 0 || view.height <= 0) {
+    throw std::invalid_argument(fmt::format("the {} image is empty", what));
+  }
+  const int type = matrix_type(view.format);
+  const std::size_t row = static_cast<std::size_t>(view.width) * CV_ELEM_SIZE(type);
+  if (view.stride_bytes != 0 && view.stride_bytes < row) {
+    throw std::invalid_argument(
+        fmt::format("the {} image's stride of {} bytes is less than a row of {}", what, view.stride_bytes, row));
+  }
+  // OpenCV wants a pointer it could write through; the pipeline only reads.
+  return {view.height, view.width, type, const_cast<void*>(view.data),
+          view.stride_bytes == 0 ? static_cast<std::size_t>(cv::Mat::AUTO_STEP) : view.stride_bytes};
+}
+
+Config load_config(const SlamOptions& options) {
+  Config config = preset(options.preset);
+  if (!options.config_file.empty()) load_options(config, options.config_file);
+  for (const std::string& setting : options.overrides) set_option(config, setting);
+  return config;
+}
+
+}  // namespace
+
+CameraParameters CameraParameters::preset(const std::string& name) {
+  const std::vector<std::string>& names = camera_presets();
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    throw UserError(fmt::format("unknown camera '{}': use {}, or load a file", name, fmt::join(names, ", ")));
+  }
+  return to_parameters(load_camera(name));
+}
+
+CameraParameters CameraParameters::load(const std::filesystem::path& file) {
+  return to_parameters(load_camera(file.string()));
+}
+
+class Slam::Impl {
+ public:
+  Impl(const CameraParameters& camera, const SlamOptions& options) : pipeline(to_camera(camera), load_config(options)) {}
+
+  Pipeline pipeline;
+  std::size_t frames = 0;
+};
+
+Slam::Slam(const CameraParameters& camera, const SlamOptions& options)
+    : impl_(std::make_unique<Impl>(camera, options)) {}
+Slam::~Slam() = default;
+Slam::Slam(Slam&&) noexcept = default;
+Slam& Slam::operator=(Slam&&) noexcept = default;
+
+TrackingResult Slam::process(const ImageView& color, const ImageView& depth, double timestamp) {
+  RgbdFrame frame;
+  frame.index = impl_->frames;
+  frame.timestamp = timestamp;
+  if (color.format == PixelFormat::kDepth16) throw std::invalid_argument("the color image has the format kDepth16");
+  if (depth.format != PixelFormat::kDepth16) throw std::invalid_argument("the depth image has not the format kDepth16");
+  frame.color = wrap(color, "color");
+  if (color.format == PixelFormat::kRgb8) cv::cvtColor(frame.color, frame.color, cv::COLOR_RGB2BGR);
+  frame.depth = wrap(depth, "depth");
+  const FrameResult result = impl_->pipeline.process(frame);
+  ++impl_->frames;
+  return {result.state, to_pose(result.T_wc), result.inliers, result.keyframe};
+}
+
+std::vector<TimedPose> Slam::trajectory() const { return to_poses(impl_->pipeline.trajectory()); }
+std::vector<TimedPose> Slam::keyframes() const { return to_poses(impl_->pipeline.keyframe_trajectory()); }
+
+void Slam::save_trajectory(const std::filesystem::path& file) const {
+  write_trajectory(file, impl_->pipeline.trajectory());
+}
+
+}  // namespace ipl_slam
