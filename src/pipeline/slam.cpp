@@ -102,7 +102,11 @@ TrackingResult Slam::process(const ImageView& color, const ImageView& depth, dou
   if (color.format == PixelFormat::kDepth16) throw std::invalid_argument("the color image has the format kDepth16");
   if (depth.format != PixelFormat::kDepth16) throw std::invalid_argument("the depth image has not the format kDepth16");
   frame.color = wrap(color, "color");
-  if (color.format == PixelFormat::kRgb8) cv::cvtColor(frame.color, frame.color, cv::COLOR_RGB2BGR);
+  if (color.format == PixelFormat::kRgb8) {
+    cv::Mat bgr;  // its own memory: the caller's pixels must stay as they are
+    cv::cvtColor(frame.color, bgr, cv::COLOR_RGB2BGR);
+    frame.color = bgr;
+  }
   frame.depth = wrap(depth, "depth");
   const FrameResult result = impl_->pipeline.process(frame);
   ++impl_->frames;
