@@ -1,9 +1,10 @@
 #pragma once
 
 #include <cstddef>
-#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+
+#include <opencv2/core.hpp>
 
 namespace ipl_slam {
 
@@ -12,7 +13,7 @@ struct RgbdFrame {
   std::size_t index = 0;   ///< position in the source, counting skipped frames
   double timestamp = 0.0;  ///< seconds; strictly increasing within a source
   cv::Mat color;           ///< CV_8UC3 (BGR) or CV_8UC1
-  cv::Mat depth;           ///< CV_16UC1, raw units (Camera::depth_scale per metre), 0 = no depth, same size as color
+  cv::Mat depth;  ///< CV_16UC1, raw units (Camera::depth_scale per metre), 0 = no depth, same size as color
 };
 
 /// What a source gives for one position: a frame, or why there is none.

@@ -16,13 +16,14 @@ struct StampedPose {
 /// Poses in order of time.
 using Trajectory = std::vector<StampedPose>;
 
-/// Reads a TUM trajectory file: lines "timestamp tx ty tz qx qy qz qw", '#' comments. Lines with NaN, infinities or a
-/// zero quaternion are left out and counted in `rejected` (may be null). Duplicate and backward timestamps likewise.
-/// Throws UserError (file, line, mend) when the file cannot be read, a line cannot be parsed, or no pose is left.
+/// Reads a TUM trajectory file: lines "timestamp tx ty tz qx qy qz qw", '#' comments. Lines with NaN,
+/// infinities or a zero quaternion are left out and counted in `rejected` (may be null). Duplicate and
+/// backward timestamps likewise. Throws UserError (file, line, mend) when the file cannot be read, a line
+/// cannot be parsed, or no pose is left.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file, std::size_t* rejected = nullptr);
 
-/// Writes a TUM trajectory file (timestamps with 6 decimals, values with 9), atomically: beside, then renamed.
-/// Throws UserError when it cannot be written.
+/// Writes a TUM trajectory file (timestamps with 6 decimals, values with 9), atomically: beside, then
+/// renamed. Throws UserError when it cannot be written.
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory);
 
 }  // namespace ipl_slam

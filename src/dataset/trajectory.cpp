@@ -1,0 +1,84 @@
+#include "dataset/trajectory.hpp"
+
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+
+#include <ipl_slam/error.hpp>
+
+#include "common/atomic_file.hpp"
+#include "common/text_file.hpp"
+
+namespace ipl_slam {
+namespace {
+
+constexpr std::size_t kColumns = 8;  // timestamp tx ty tz qx qy qz qw
+
+// A quaternion this short is a placeholder, not a rounded unit quaternion.
+constexpr double kZeroQuaternion = 1e-6;
+
+using Row = std::array<double, kColumns>;
+
+std::optional<Row> parse_row(std::string_view line) {
+  const std::vector<std::string_view> words = split_words(line);
+  if (words.size() != kColumns) return std::nullopt;
+  Row row;
+  for (std::size_t i = 0; i < kColumns; ++i) {
+    const std::optional<double> value = parse_number(words[i]);
+    if (!value) return std::nullopt;
+    row[i] = *value;
+  }
+  return row;
+}
+
+std::optional<StampedPose> to_pose(const Row& row) {
+  for (const double value : row) {
+    if (!std::isfinite(value)) return std::nullopt;
+  }
+  const Eigen::Quaterniond rotation(row[7], row[4], row[5], row[6]);
+  if (!(rotation.norm() > kZeroQuaternion)) return std::nullopt;
+  return StampedPose{row[0], SE3(rotation, Eigen::Vector3d(row[1], row[2], row[3]))};
+}
+
+}  // namespace
+
+Trajectory read_trajectory(const std::filesystem::path& file, std::size_t* rejected) {
+  Trajectory trajectory;
+  const std::vector<TextLine> lines = read_lines(file);
+  for (const TextLine& line : lines) {
+    const std::optional<Row> row = parse_row(line.text);
+    if (!row) {
+      throw UserError(
+          fmt::format("{}:{}: cannot understand '{:.60}'; a line of a trajectory reads "
+                      "\"timestamp tx ty tz qx qy qz qw\"",
+                      file.string(), line.number, line.text));
+    }
+    const std::optional<StampedPose> pose = to_pose(*row);
+    if (!pose || (!trajectory.empty() && pose->timestamp <= trajectory.back().timestamp)) continue;
+    trajectory.push_back(*pose);
+  }
+  if (rejected != nullptr) *rejected = lines.size() - trajectory.size();
+  if (trajectory.empty()) {
+    throw UserError(
+        fmt::format("'{}' holds no pose{}; a line of a trajectory reads \"timestamp tx ty tz qx qy qz qw\"",
+                    file.string(), lines.empty() ? "" : " without NaN"));
+  }
+  return trajectory;
+}
+
+void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {
+  std::string text = "# timestamp tx ty tz qx qy qz qw (camera to world, s, m)\n";
+  for (const StampedPose& pose : trajectory) {
+    const Eigen::Vector3d& t = pose.T_wc.translation();
+    const Eigen::Quaterniond& q = pose.T_wc.rotation();
+    fmt::format_to(std::back_inserter(text), "{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n",
+                   pose.timestamp, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  }
+  write_file_atomically(file, text);
+}
+
+}  // namespace ipl_slam
