@@ -6,7 +6,6 @@
 #include <concepts>
 #include <cstdint>
 #include <optional>
-#include <random>
 #include <span>
 #include <vector>
 
@@ -42,21 +41,19 @@ concept RansacEstimator = requires(const E& e, std::span<const std::uint32_t> in
   { e.squared_error(model, std::uint32_t{}) } -> std::convertible_to<double>;
 };
 
+/// Where the samples come from: a seeded generator whose index(n) is uniform in [0, n).
+template <class R>
+concept RandomIndexSource = requires(R& random) {
+  { random.index(std::uint64_t{}) } -> std::convertible_to<std::uint64_t>;
+};
+
 namespace ransac_detail {
 
-// A number below n out of the generator's upper 32 bits. Not std::uniform_int_distribution, whose numbers
-// differ from one standard library to the next; the bias is below n / 2^32.
-template <class Generator>
-std::uint32_t below(std::uint32_t n, Generator& random) {
-  static_assert(Generator::min() == 0 && Generator::max() == UINT64_MAX, "64 random bits are needed");
-  return static_cast<std::uint32_t>(((static_cast<std::uint64_t>(random()) >> 32) * n) >> 32);
-}
-
-template <std::size_t N, class Generator>
-std::array<std::uint32_t, N> draw_distinct(std::uint32_t n, Generator& random) {
+template <std::size_t N, RandomIndexSource Random>
+std::array<std::uint32_t, N> draw_distinct(std::uint32_t n, Random& random) {
   std::array<std::uint32_t, N> sample{};
   for (auto it = sample.begin(); it != sample.end();) {
-    *it = below(n, random);
+    *it = static_cast<std::uint32_t>(random.index(n));
     if (std::find(sample.begin(), it, *it) == it) ++it;
   }
   return sample;
@@ -93,10 +90,10 @@ RansacResult<typename E::Model> score(const E& estimator, typename E::Model mode
 /// its inliers. The result depends on the data and on the state of `random` (64-bit uniform random bit
 /// generator) alone. Nothing is returned where the data are too few or no sample gives a model with enough
 /// inliers.
-template <RansacEstimator E, std::uniform_random_bit_generator Generator>
+template <RansacEstimator E, RandomIndexSource Random>
 [[nodiscard]] std::optional<RansacResult<typename E::Model>> ransac(const E& estimator,
                                                                     const RansacOptions& options,
-                                                                    Generator& random) {
+                                                                    Random& random) {
   constexpr std::size_t kSample = E::kSampleSize;
   using Result = RansacResult<typename E::Model>;
   if (estimator.size() < kSample) return std::nullopt;
