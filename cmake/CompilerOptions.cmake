@@ -21,7 +21,11 @@ if(IPL_SLAM_SANITIZE)
   target_link_options(ipl_slam_options INTERFACE -fsanitize=${IPL_SLAM_SANITIZE})
 endif()
 
+# The compiler cache works for every checkout of the project, wherever it lies: paths are taken relative to the
+# checkout, and what the compiler itself writes down of them (assertions, debug information) is made relative, too.
+target_compile_options(ipl_slam_options INTERFACE "-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=")
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
+    CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE_PROGRAM})
 endif()

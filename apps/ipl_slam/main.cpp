@@ -1,36 +1,122 @@
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <ipl_slam/error.hpp>
+#include <ipl_slam/version.hpp>
 
+#include "common/interrupt.hpp"
+#include "common/log.hpp"
+#include "common/nearest_name.hpp"
 #include "verbs.hpp"
 
 namespace ipl_slam::cli {
+
 int& exit_code() {
   static int code = 0;
   return code;
 }
-}  // namespace ipl_slam::cli
 
-int main(int argc, char** argv) {
-  using namespace ipl_slam::cli;
-  CLI::App app{"IPL-SLAM: RGB-D visual SLAM that keeps working while people walk through the picture"};
-  app.require_subcommand(1);
+namespace {
+
+constexpr int kInternalError = 1, kUserError = 2, kInterrupted = 130;
+
+constexpr const char* kFooter = R"(Examples:
+  ipl_slam run rgbd_dataset_freiburg1_desk -o out/desk   track and map a recorded sequence
+  ipl_slam synth out/room && ipl_slam run out/room -o out/run
+  ipl_slam eval groundtruth.txt out/desk/trajectory.txt  accuracy against ground truth
+  ipl_slam config > settings.yaml                        every setting, with its meaning
+
+`ipl_slam VERB --help` lists the options of a verb.
+Exit codes: 0 success, 2 an error you can mend, 130 interrupted (what was done is written), 1 a fault of the program.)";
+
+std::vector<std::string> verb_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(verb->get_name());
+  }
+  return names;
+}
+
+// CLI11 would call a mistyped verb "an argument that was not expected"; the verb is the first word that is no
+// option.
+void check_verb(const CLI::App& app, int argc, char** argv) {
+  const std::vector<std::string> names = verb_names(app);
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    if (word.starts_with('-')) continue;
+    if (std::find(names.begin(), names.end(), word) == names.end()) {
+      throw UserError(fmt::format("there is no verb '{}'; did you mean '{}'? Verbs: {}", word,
+                                  nearest_name(word, names), fmt::join(names, ", ")));
+    }
+    return;
+  }
+}
+
+void add_common_options(CLI::App& app) {
+  app.set_version_flag("--version", fmt::format("ipl_slam {}", kVersion), "Print the version and exit");
+  auto* quiet = app.add_flag_callback(
+      "-q,--quiet", [] { set_log_level(LogLevel::kQuiet); }, "Say nothing but errors on stderr");
+  app.add_flag_callback(
+         "-v,--verbose", [] { set_log_level(LogLevel::kVerbose); }, "Say more on stderr")
+      ->excludes(quiet);
+  // The options above may stand after the verb, too.
+  app.fallthrough();
+}
+
+int report(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+  std::string command = "ipl_slam";
+  for (const CLI::App* verb : app.get_subcommands()) command += ' ' + verb->get_name();
+  std::string message =
+      app.get_subcommands().empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr
+          ? fmt::format("no verb given; verbs: {}", fmt::join(verb_names(app), ", "))
+          : error.what();
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  fmt::print(stderr, "{}: {}; see '{} --help'\n", command, message, command);
+  return kUserError;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"IPL-SLAM: RGB-D visual SLAM that keeps working while people walk through the picture",
+               "ipl_slam"};
+  add_common_options(app);
   add_run_verb(app);
   add_eval_verb(app);
   add_synth_verb(app);
   add_config_verb(app);
   add_bench_verb(app);
+  app.footer(kFooter);  // after the verbs were added, or each would inherit it
+  if (argc < 2) {
+    fmt::print("{}", app.help());
+    return 0;
+  }
   try {
+    check_verb(app, argc, argv);
+    app.require_subcommand(1);
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    return report(app, error);
+  }
+  return exit_code() == 0 && interrupted() ? kInterrupted : exit_code();
+}
+
+}  // namespace
+}  // namespace ipl_slam::cli
+
+int main(int argc, char** argv) {
+  using namespace ipl_slam::cli;
+  try {
+    return run(argc, argv);
   } catch (const ipl_slam::UserError& error) {
     fmt::print(stderr, "ipl_slam: {}\n", error.what());
-    return 2;
+    return kUserError;
   } catch (const std::exception& error) {
     fmt::print(stderr, "ipl_slam: internal error: {}\n", error.what());
-    return 1;
+    return kInternalError;
   }
-  return exit_code();
 }

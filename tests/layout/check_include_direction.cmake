@@ -1,0 +1,37 @@
+# src/x may include src/y only if y is x or stands above it in this list; pipeline puts the stages together and may
+# include all of them. Every folder of src/ must be in the list.
+#   cmake -DSOURCE_DIR=<repository> -P check_include_direction.cmake
+cmake_minimum_required(VERSION 3.25)
+
+set(order common geometry dataset features segmentation dynamics map tracking mapping loop dense evaluation pipeline)
+set(wrong "")
+
+file(GLOB folders RELATIVE ${SOURCE_DIR}/src ${SOURCE_DIR}/src/*)
+foreach(folder IN LISTS folders)
+  if(NOT IS_DIRECTORY ${SOURCE_DIR}/src/${folder})
+    continue()
+  endif()
+  list(FIND order ${folder} rank)
+  if(rank EQUAL -1)
+    string(APPEND wrong "src/${folder}: has no place in the order of folders (tests/layout/check_include_direction.cmake)\n")
+    continue()
+  endif()
+  file(GLOB_RECURSE files RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/src/${folder}/*.hpp ${SOURCE_DIR}/src/${folder}/*.cpp)
+  foreach(file IN LISTS files)
+    file(STRINGS ${SOURCE_DIR}/${file} includes REGEX "^[ \t]*#[ \t]*include[ \t]*\"")
+    foreach(include IN LISTS includes)
+      string(REGEX REPLACE "^[^\"]*\"([^\"]*)\".*" "\\1" path "${include}")
+      string(REGEX MATCH "^[^/]*" other "${path}")
+      list(FIND order "${other}" other_rank)
+      if(other_rank EQUAL -1)
+        string(APPEND wrong "${file}: \"${path}\" must be written from src/ on, as \"folder/file.hpp\"\n")
+      elseif(other_rank GREATER rank)
+        string(APPEND wrong "${file}: ${folder} must not include \"${path}\"\n")
+      endif()
+    endforeach()
+  endforeach()
+endforeach()
+
+if(wrong)
+  message(FATAL_ERROR "${wrong}")
+endif()
