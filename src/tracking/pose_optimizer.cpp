@@ -37,23 +37,24 @@ enum Field : std::size_t {
   kFields
 };
 
+// The alignment is spelled out because the compiler of a file without AVX takes 16 bytes to be enough for
+// Lanes.
+struct alignas(sizeof(Lanes)) Block {
+  Lanes field[kFields];
+};
+
 class MatchTable {
  public:
-  explicit MatchTable(std::size_t matches)
-      : blocks_((matches + kLanes - 1) / kLanes), data_(blocks_ * kFields, Lanes{}) {}
+  explicit MatchTable(std::size_t matches) : blocks_((matches + kLanes - 1) / kLanes, Block{}) {}
 
-  [[nodiscard]] std::size_t blocks() const { return blocks_; }
-  [[nodiscard]] Lanes* block(std::size_t b) { return &data_[b * kFields]; }
+  [[nodiscard]] std::vector<Block>& blocks() { return blocks_; }
   [[nodiscard]] double get(std::size_t i, Field field) const {
-    return data_[i / kLanes * kFields + field][i % kLanes];
+    return blocks_[i / kLanes].field[field][i % kLanes];
   }
-  void set(std::size_t i, Field field, double value) {
-    data_[i / kLanes * kFields + field][i % kLanes] = value;
-  }
+  void set(std::size_t i, Field field, double value) { blocks_[i / kLanes].field[field][i % kLanes] = value; }
 
  private:
-  std::size_t blocks_;
-  std::vector<Lanes> data_;
+  std::vector<Block> blocks_;
 };
 
 // Cost, gradient J^T W e and the upper triangle of J^T W J, row by row.
@@ -89,8 +90,8 @@ template <std::size_t N>
   const Eigen::Vector3d t = T_cw.translation();
   Lanes cost{}, gradient[6]{}, hessian[21]{};
   const Lanes zero{}, one = zero + 1.0, behind_chi2 = zero + kBehindCameraChi2;
-  for (std::size_t b = 0; b < table.blocks(); ++b) {
-    Lanes* m = table.block(b);
+  for (Block& block : table.blocks()) {
+    Lanes(&m)[kFields] = block.field;
     const Lanes x = R(0, 0) * m[kX] + R(0, 1) * m[kY] + R(0, 2) * m[kZ] + t[0];
     const Lanes y = R(1, 0) * m[kX] + R(1, 1) * m[kY] + R(1, 2) * m[kZ] + t[1];
     const Lanes z = R(2, 0) * m[kX] + R(2, 1) * m[kY] + R(2, 2) * m[kZ] + t[2];

@@ -54,7 +54,7 @@ struct PoseEstimate {
 /// After each round every match is sorted anew: an inlier's unweighted error e^T Omega e stays below the 95 %
 /// chi-square point. alpha_p says how much a match may pull, not how far off it may be, so it does not enter
 /// the sorting. A match that cannot be used (weight 0, behind the camera, numbers not finite or without
-/// sense) is an outlier. The same input gives the same bytes on every processor.
+/// sense) is an outlier. The result does not depend on whether the processor has AVX2.
 class PoseOptimizer {
  public:
   PoseOptimizer(const Camera& camera, const DepthNoiseOptions& noise, const PoseOptimizerOptions& options);
