@@ -1,8 +1,8 @@
 #pragma once
 
-// Run-time choice of instruction set. The project is compiled for a baseline every processor has; a few hot functions
-// carry a second body, marked IPL_SLAM_TARGET_AVX2, that is used where the processor can run it. Both bodies do the
-// same integer arithmetic, so results never depend on the machine.
+// Run-time choice of instruction set. The project is compiled for a baseline every processor has; a few hot
+// functions carry a second body, marked IPL_SLAM_TARGET_AVX2, that is used where the processor can run it.
+// Both bodies do the same integer arithmetic, so results never depend on the machine.
 
 #if defined(__x86_64__) && (defined(__GNUC__) || defined(__clang__))
 #define IPL_SLAM_HAS_AVX2_CODE 1

@@ -48,10 +48,10 @@ Descriptor BriefDescriber::describe_portable(const Pattern& pattern, const std::
 
 namespace {
 
-// The eight pixels at the given (x, y) offsets, in the low byte of each lane. A gather reads four bytes a lane, which
-// stay inside the image because the patch keeps kPatchBorder from its last row.
-IPL_SLAM_TARGET_AVX2 inline __m256i pixels_at(const std::array<std::int8_t, 16>& xy, const std::uint8_t* center,
-                                              __m256i one_and_step) {
+// The eight pixels at the given (x, y) offsets, in the low byte of each lane. A gather reads four bytes a
+// lane, which stay inside the image because the patch keeps kPatchBorder from its last row.
+IPL_SLAM_TARGET_AVX2 inline __m256i pixels_at(const std::array<std::int8_t, 16>& xy,
+                                              const std::uint8_t* center, __m256i one_and_step) {
   const __m128i packed = _mm_loadu_si128(reinterpret_cast<const __m128i*>(xy.data()));
   const __m256i offsets = _mm256_madd_epi16(_mm256_cvtepi8_epi16(packed), one_and_step);
   const __m256i words = _mm256_i32gather_epi32(reinterpret_cast<const int*>(center), offsets, 1);
@@ -60,7 +60,8 @@ IPL_SLAM_TARGET_AVX2 inline __m256i pixels_at(const std::array<std::int8_t, 16>&
 
 }  // namespace
 
-IPL_SLAM_TARGET_AVX2 Descriptor BriefDescriber::describe_avx2(const Pattern& pattern, const std::uint8_t* center,
+IPL_SLAM_TARGET_AVX2 Descriptor BriefDescriber::describe_avx2(const Pattern& pattern,
+                                                              const std::uint8_t* center,
                                                               std::ptrdiff_t step) {
   const __m256i one_and_step = _mm256_set1_epi32(static_cast<int>((step << 16) | 1));
   Descriptor d{};
@@ -76,7 +77,8 @@ IPL_SLAM_TARGET_AVX2 Descriptor BriefDescriber::describe_avx2(const Pattern& pat
 
 #endif
 
-Descriptor BriefDescriber::describe(const std::uint8_t* center, std::ptrdiff_t step, float angle, Simd simd) const {
+Descriptor BriefDescriber::describe(const std::uint8_t* center, std::ptrdiff_t step, float angle,
+                                    Simd simd) const {
   constexpr float kPerRadian = static_cast<float>(kAngles) / (2.0F * std::numbers::pi_v<float>);
   const auto bin = static_cast<std::size_t>(std::lround(angle * kPerRadian)) % kAngles;
 #if IPL_SLAM_HAS_AVX2_CODE

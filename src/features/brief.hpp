@@ -10,7 +10,8 @@
 
 namespace ipl_slam {
 
-/// One binary test: is the first pixel darker than the second? Offsets from the keypoint, inside the patch disc.
+/// One binary test: is the first pixel darker than the second? Offsets from the keypoint, inside the patch
+/// disc.
 struct BriefTest {
   std::int8_t x1, y1, x2, y2;
 };
@@ -18,16 +19,17 @@ struct BriefTest {
 /// The 256 tests of the descriptor at angle 0.
 [[nodiscard]] const std::array<BriefTest, 256>& brief_pattern();
 
-/// Steered BRIEF (Rublee et al., ICCV 2011): the tests turned by the keypoint's orientation. Turned patterns are made
-/// once for `kAngles` directions; a keypoint takes the nearest.
+/// Steered BRIEF (Rublee et al., ICCV 2011): the tests turned by the keypoint's orientation. Turned patterns
+/// are made once for `kAngles` directions; a keypoint takes the nearest.
 class BriefDescriber {
  public:
   static constexpr int kAngles = 128;
 
   BriefDescriber();
 
-  /// Bit i (bit i % 64 of word i / 64) is the outcome of test i around `center`, a pixel of the smoothed image whose
-  /// rows are `step` bytes apart and which reaches kPatchBorder further on each side. `angle` in [0, 2 pi).
+  /// Bit i (bit i % 64 of word i / 64) is the outcome of test i around `center`, a pixel of the smoothed
+  /// image whose rows are `step` bytes apart and which reaches kPatchBorder further on each side. `angle` in
+  /// [0, 2 pi).
   [[nodiscard]] Descriptor describe(const std::uint8_t* center, std::ptrdiff_t step, float angle,
                                     Simd simd = best_simd()) const;
 
@@ -38,7 +40,8 @@ class BriefDescriber {
   };
   using Pattern = std::array<Group, 32>;
 
-  static Descriptor describe_portable(const Pattern& pattern, const std::uint8_t* center, std::ptrdiff_t step);
+  static Descriptor describe_portable(const Pattern& pattern, const std::uint8_t* center,
+                                      std::ptrdiff_t step);
   static Descriptor describe_avx2(const Pattern& pattern, const std::uint8_t* center, std::ptrdiff_t step);
 
   std::vector<Pattern> turned_;

@@ -24,8 +24,8 @@ Circle circle_offsets(std::ptrdiff_t step) {
   return offsets;
 }
 
-// The arc of nine that begins at an even k and the one that begins at k + 1 share the eight pixels k + 1 ... k + 8:
-// the better of the two is min(shared, max(p[k], p[k + 9])), which halves the work.
+// The arc of nine that begins at an even k and the one that begins at k + 1 share the eight pixels k + 1 ...
+// k + 8: the better of the two is min(shared, max(p[k], p[k + 9])), which halves the work.
 int pixel_score(const std::uint8_t* p, const Circle& circle) {
   int ring[16];
   for (std::size_t k = 0; k < 16; ++k) ring[k] = p[circle[k]];
@@ -89,12 +89,16 @@ IPL_SLAM_TARGET_AVX2 inline void store32(std::uint8_t* p, __m256i v) {
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), v);
 }
 
-IPL_SLAM_TARGET_AVX2 inline __m256i min8(__m256i a, __m256i b) { return _mm256_min_epu8(a, b); }
-IPL_SLAM_TARGET_AVX2 inline __m256i max8(__m256i a, __m256i b) { return _mm256_max_epu8(a, b); }
+IPL_SLAM_TARGET_AVX2 inline __m256i min8(__m256i a, __m256i b) {
+  return _mm256_min_epu8(a, b);
+}
+IPL_SLAM_TARGET_AVX2 inline __m256i max8(__m256i a, __m256i b) {
+  return _mm256_max_epu8(a, b);
+}
 
 // Scores of 32 neighbouring pixels; the same arithmetic as pixel_score.
-IPL_SLAM_TARGET_AVX2 inline void score_block_avx2(const std::uint8_t* p, const Circle& circle, __m256i threshold,
-                                                  std::uint8_t* out) {
+IPL_SLAM_TARGET_AVX2 inline void score_block_avx2(const std::uint8_t* p, const Circle& circle,
+                                                  __m256i threshold, std::uint8_t* out) {
   const __m256i center = load32(p);
   __m256i ring[16];
   ring[0] = load32(p + circle[0]);
@@ -200,7 +204,8 @@ void fast_score(const cv::Mat& image, const cv::Rect& area, int threshold, cv::M
 
 void find_score_maxima(const cv::Mat& score, const cv::Rect& area, std::vector<Corner>& corners, Simd simd) {
   if (score.type() != CV_8UC1 || (!area.empty() && !inside(area, score, 1))) {
-    throw std::invalid_argument("find_score_maxima: score must be 8-bit and area one pixel inside its border");
+    throw std::invalid_argument(
+        "find_score_maxima: score must be 8-bit and area one pixel inside its border");
   }
   const int end = area.x + area.width;
   for (int y = area.y; y < area.y + area.height; ++y) {

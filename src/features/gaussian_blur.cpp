@@ -23,7 +23,8 @@ static_assert(kW0 + 2 * (kW1 + kW2 + kW3) == 128);
 using Rows = std::array<const std::uint8_t*, 7>;  // rows y - 3 ... y + 3
 
 std::uint8_t weigh(int p0, int p1, int p2, int p3, int p4, int p5, int p6) {
-  return static_cast<std::uint8_t>((kW0 * p3 + kW1 * (p2 + p4) + kW2 * (p1 + p5) + kW3 * (p0 + p6) + 64) >> 7);
+  return static_cast<std::uint8_t>((kW0 * p3 + kW1 * (p2 + p4) + kW2 * (p1 + p5) + kW3 * (p0 + p6) + 64) >>
+                                   7);
 }
 
 void vertical_portable(const Rows& r, int begin, int end, std::uint8_t* out) {
@@ -48,7 +49,8 @@ IPL_SLAM_TARGET_AVX2 inline __m256i weight_pair(int a, int b) {
   return _mm256_set1_epi16(static_cast<std::int16_t>(a | (b << 8)));
 }
 
-// Pixels are interleaved in pairs, so that one multiply-add handles two taps; unpack and pack undo each other.
+// Pixels are interleaved in pairs, so that one multiply-add handles two taps; unpack and pack undo each
+// other.
 IPL_SLAM_TARGET_AVX2 inline __m256i weigh_avx2(__m256i p0, __m256i p1, __m256i p2, __m256i p3, __m256i p4,
                                                __m256i p5, __m256i p6) {
   const __m256i w01 = weight_pair(kW3, kW2);
@@ -56,16 +58,16 @@ IPL_SLAM_TARGET_AVX2 inline __m256i weigh_avx2(__m256i p0, __m256i p1, __m256i p
   const __m256i w45 = weight_pair(kW1, kW2);
   const __m256i w6r = weight_pair(kW3, 64);  // the last pair carries the rounding term
   const __m256i one = _mm256_set1_epi8(1);
-  const __m256i low = _mm256_add_epi16(
-      _mm256_add_epi16(_mm256_maddubs_epi16(_mm256_unpacklo_epi8(p0, p1), w01),
-                       _mm256_maddubs_epi16(_mm256_unpacklo_epi8(p2, p3), w23)),
-      _mm256_add_epi16(_mm256_maddubs_epi16(_mm256_unpacklo_epi8(p4, p5), w45),
-                       _mm256_maddubs_epi16(_mm256_unpacklo_epi8(p6, one), w6r)));
-  const __m256i high = _mm256_add_epi16(
-      _mm256_add_epi16(_mm256_maddubs_epi16(_mm256_unpackhi_epi8(p0, p1), w01),
-                       _mm256_maddubs_epi16(_mm256_unpackhi_epi8(p2, p3), w23)),
-      _mm256_add_epi16(_mm256_maddubs_epi16(_mm256_unpackhi_epi8(p4, p5), w45),
-                       _mm256_maddubs_epi16(_mm256_unpackhi_epi8(p6, one), w6r)));
+  const __m256i low =
+      _mm256_add_epi16(_mm256_add_epi16(_mm256_maddubs_epi16(_mm256_unpacklo_epi8(p0, p1), w01),
+                                        _mm256_maddubs_epi16(_mm256_unpacklo_epi8(p2, p3), w23)),
+                       _mm256_add_epi16(_mm256_maddubs_epi16(_mm256_unpacklo_epi8(p4, p5), w45),
+                                        _mm256_maddubs_epi16(_mm256_unpacklo_epi8(p6, one), w6r)));
+  const __m256i high =
+      _mm256_add_epi16(_mm256_add_epi16(_mm256_maddubs_epi16(_mm256_unpackhi_epi8(p0, p1), w01),
+                                        _mm256_maddubs_epi16(_mm256_unpackhi_epi8(p2, p3), w23)),
+                       _mm256_add_epi16(_mm256_maddubs_epi16(_mm256_unpackhi_epi8(p4, p5), w45),
+                                        _mm256_maddubs_epi16(_mm256_unpackhi_epi8(p6, one), w6r)));
   return _mm256_packus_epi16(_mm256_srli_epi16(low, 7), _mm256_srli_epi16(high, 7));
 }
 
@@ -77,8 +79,8 @@ IPL_SLAM_TARGET_AVX2 inline void vertical_block(const Rows& r, int x, std::uint8
 
 IPL_SLAM_TARGET_AVX2 inline void horizontal_block(const std::uint8_t* in, int x, std::uint8_t* out) {
   const std::uint8_t* p = in + x;
-  const __m256i v = weigh_avx2(load32(p - 3), load32(p - 2), load32(p - 1), load32(p), load32(p + 1), load32(p + 2),
-                               load32(p + 3));
+  const __m256i v = weigh_avx2(load32(p - 3), load32(p - 2), load32(p - 1), load32(p), load32(p + 1),
+                               load32(p + 2), load32(p + 3));
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(out + x), v);
 }
 
@@ -100,8 +102,10 @@ IPL_SLAM_TARGET_AVX2 void horizontal_avx2(const std::uint8_t* in, int width, std
 }  // namespace
 
 void gaussian_blur_7x7(const cv::Mat& image, cv::Mat& out, Simd simd) {
-  if (image.type() != CV_8UC1 || out.type() != CV_8UC1 || image.size() != out.size() || image.data == out.data) {
-    throw std::invalid_argument("gaussian_blur_7x7: two different 8-bit one-channel images of one size are needed");
+  if (image.type() != CV_8UC1 || out.type() != CV_8UC1 || image.size() != out.size() ||
+      image.data == out.data) {
+    throw std::invalid_argument(
+        "gaussian_blur_7x7: two different 8-bit one-channel images of one size are needed");
   }
   const int width = image.cols;
   const auto w = static_cast<std::size_t>(width);

@@ -7,8 +7,8 @@
 
 namespace ipl_slam {
 
-float keypoint_depth(const cv::Mat& depth, float u, float v, const Camera& camera, const DepthNoiseOptions& noise,
-                     const KeypointDepthOptions& options) {
+float keypoint_depth(const cv::Mat& depth, float u, float v, const Camera& camera,
+                     const DepthNoiseOptions& noise, const KeypointDepthOptions& options) {
   const int x = static_cast<int>(std::lround(u));
   const int y = static_cast<int>(std::lround(v));
   const int r = options.radius;

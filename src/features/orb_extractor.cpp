@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
+
+#include <opencv2/imgproc.hpp>
 
 #include "features/gaussian_blur.hpp"
 #include "features/orientation.hpp"
@@ -13,16 +14,19 @@ namespace ipl_slam {
 namespace {
 
 void check_options(const OrbOptions& o) {
-  if (o.features < 1 || o.levels < 1 || o.scale_factor <= 1.0 || o.fast_min_threshold < 1 || o.fast_threshold > 254 ||
-      o.fast_min_threshold > o.fast_threshold || o.cell_size < 1 || o.depth.radius < 0) {
+  if (o.features < 1 || o.levels < 1 || o.scale_factor <= 1.0 || o.fast_min_threshold < 1 ||
+      o.fast_threshold > 254 || o.fast_min_threshold > o.fast_threshold || o.cell_size < 1 ||
+      o.spread < 0.0 || o.spread > 1.0 || o.depth.radius < 0) {
     throw std::invalid_argument(
         "OrbOptions: features, levels, cell_size >= 1, scale_factor > 1 and "
-        "1 <= fast_min_threshold <= fast_threshold <= 254 are needed");
+        "1 <= fast_min_threshold <= fast_threshold <= 254, 0 <= spread <= 1 and depth.radius >= 0 are "
+        "needed");
   }
 }
 
 // Keeps corners above `threshold`, and the weaker ones of cells that have none above it.
-void apply_adaptive_threshold(std::vector<Corner>& corners, const cv::Rect& area, int cell_size, int threshold) {
+void apply_adaptive_threshold(std::vector<Corner>& corners, const cv::Rect& area, int cell_size,
+                              int threshold) {
   const int columns = (area.width + cell_size - 1) / cell_size;
   const int rows = (area.height + cell_size - 1) / cell_size;
   std::vector<std::uint8_t> has_strong(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0);
@@ -32,7 +36,27 @@ void apply_adaptive_threshold(std::vector<Corner>& corners, const cv::Rect& area
   for (const Corner& c : corners) {
     if (c.score > threshold) has_strong[cell_of(c)] = 1;
   }
-  std::erase_if(corners, [&](const Corner& c) { return c.score <= threshold && has_strong[cell_of(c)] != 0; });
+  std::erase_if(corners,
+                [&](const Corner& c) { return c.score <= threshold && has_strong[cell_of(c)] != 0; });
+}
+
+struct Offset {
+  float x = 0.0F, y = 0.0F;
+};
+
+// Summit of the parabola through a score maximum and its two neighbours. The middle one is the largest, so
+// the summit lies within half a pixel; three equal scores have it in the middle.
+float parabola_summit(int before, int middle, int after) {
+  const int curvature = before + after - 2 * middle;
+  return curvature < 0 ? 0.5F * static_cast<float>(before - after) / static_cast<float>(curvature) : 0.0F;
+}
+
+// Fitting the corner score locates a corner better than fitting its image gradients (Foerstner) does: the
+// score is what repeats between frames.
+Offset refine_corner(const cv::Mat& score, const Corner& corner) {
+  const std::uint8_t* p = score.ptr(corner.y, corner.x);
+  const auto step = static_cast<std::ptrdiff_t>(score.step);
+  return {parabola_summit(p[-1], p[0], p[1]), parabola_summit(p[-step], p[0], p[step])};
 }
 
 }  // namespace
@@ -131,25 +155,27 @@ void OrbExtractor::describe(std::size_t index, const cv::Mat& depth) {
   features.descriptors.clear();
   const int quota = static_cast<int>(level.chosen.size());
   if (quota == 0) return;
-  level.chosen = spread_evenly(level.corners, level.area, quota);
+  level.chosen = spread_evenly(level.corners, level.area, quota, options_.spread);
   gaussian_blur_7x7(level.image, level.smooth);
   const auto step = static_cast<std::ptrdiff_t>(level.image.step);
   for (const int i : level.chosen) {
     const Corner& corner = level.corners[static_cast<std::size_t>(i)];
-    float dx = 0.0F, dy = 0.0F;
+    const Offset offset = options_.refine ? refine_corner(level.score, corner) : Offset{};
     Keypoint k;
     k.level = static_cast<int>(index);
     k.response = corner.score;
     k.angle = patch_orientation(level.image.ptr(corner.y, corner.x), step);
-    // Pixel centres lie at whole coordinates, so half a pixel is taken to the border before scaling, and back after.
-    const double u = (corner.x + dx + 0.5) * level.scale_x - 0.5;
-    const double v = (corner.y + dy + 0.5) * level.scale_y - 0.5;
+    // Pixel centres lie at whole coordinates, so half a pixel is taken to the border before scaling, and back
+    // after.
+    const double u = (corner.x + offset.x + 0.5) * level.scale_x - 0.5;
+    const double v = (corner.y + offset.y + 0.5) * level.scale_y - 0.5;
     k.pixel = Eigen::Vector2f(static_cast<float>(u), static_cast<float>(v));
     k.undistorted = camera_.undistort(Eigen::Vector2d(u, v)).cast<float>();
-    if (!depth.empty()) k.depth = keypoint_depth(depth, k.pixel.x(), k.pixel.y(), camera_, noise_, options_.depth);
+    if (!depth.empty())
+      k.depth = keypoint_depth(depth, k.pixel.x(), k.pixel.y(), camera_, noise_, options_.depth);
     features.keypoints.push_back(k);
-    features.descriptors.push_back(
-        describer_.describe(level.smooth.ptr(corner.y, corner.x), static_cast<std::ptrdiff_t>(level.smooth.step), k.angle));
+    features.descriptors.push_back(describer_.describe(
+        level.smooth.ptr(corner.y, corner.x), static_cast<std::ptrdiff_t>(level.smooth.step), k.angle));
   }
 }
 
@@ -169,8 +195,10 @@ Features OrbExtractor::extract(const cv::Mat& image, const cv::Mat& depth) {
   for_each_level([this, &depth](std::size_t i) { describe(i, depth); });
   Features all;
   for (const Level& level : levels_) {
-    all.keypoints.insert(all.keypoints.end(), level.features.keypoints.begin(), level.features.keypoints.end());
-    all.descriptors.insert(all.descriptors.end(), level.features.descriptors.begin(), level.features.descriptors.end());
+    all.keypoints.insert(all.keypoints.end(), level.features.keypoints.begin(),
+                         level.features.keypoints.end());
+    all.descriptors.insert(all.descriptors.end(), level.features.descriptors.begin(),
+                           level.features.descriptors.end());
   }
   return all;
 }

@@ -17,7 +17,8 @@ struct Part {
   [[nodiscard]] bool splits() const { return count() > 1 && (width > 1 || height > 1); }
 };
 
-// Moves the indices of [begin, end) for which `below` holds to the front, keeping their order; returns the boundary.
+// Moves the indices of [begin, end) for which `below` holds to the front, keeping their order; returns the
+// boundary.
 template <class Below>
 int divide(std::vector<int>& indices, std::vector<int>& scratch, int begin, int end, const Below& below) {
   int front = begin;
@@ -40,7 +41,8 @@ class Tree {
       : corners_(corners), indices_(corners.size()), scratch_(corners.size()) {
     std::iota(indices_.begin(), indices_.end(), 0);
     // Begin with parts that are nearly square.
-    const int columns = std::max(1, static_cast<int>(std::lround(static_cast<double>(area.width) / area.height)));
+    const int columns =
+        std::max(1, static_cast<int>(std::lround(static_cast<double>(area.width) / area.height)));
     int begin = 0;
     for (int i = 0; i < columns; ++i) {
       const int x = area.x + area.width * i / columns;
@@ -110,29 +112,40 @@ class Tree {
   std::vector<Part> parts_;
 };
 
+// Brings the `count` strongest of `indices` to the front, the first in reading order among equals.
+void keep_strongest(std::span<const Corner> corners, std::vector<int>& indices, int count) {
+  if (static_cast<int>(indices.size()) <= count) return;
+  const auto stronger = [&corners](int a, int b) {
+    const int score_a = corners[static_cast<std::size_t>(a)].score;
+    const int score_b = corners[static_cast<std::size_t>(b)].score;
+    return score_a != score_b ? score_a > score_b : a < b;
+  };
+  std::nth_element(indices.begin(), indices.begin() + count, indices.end(), stronger);
+  indices.resize(static_cast<std::size_t>(count));
+}
+
 }  // namespace
 
-std::vector<int> spread_evenly(std::span<const Corner> corners, const cv::Rect& area, int quota) {
+std::vector<int> spread_evenly(std::span<const Corner> corners, const cv::Rect& area, int quota,
+                               double spread) {
   if (quota <= 0 || corners.empty()) return {};
+  std::vector<int> all(corners.size());
+  std::iota(all.begin(), all.end(), 0);
+  if (static_cast<int>(corners.size()) <= quota) return all;
+
   std::vector<int> chosen;
-  if (static_cast<int>(corners.size()) <= quota) {
-    chosen.resize(corners.size());
-    std::iota(chosen.begin(), chosen.end(), 0);
-    return chosen;
+  const int even = static_cast<int>(std::lround(quota * spread));
+  if (even > 0) {
+    Tree tree(corners, area);
+    tree.split_until(even);
+    chosen = tree.strongest_of_each();
+    keep_strongest(corners, chosen, even);  // the last split may give up to three parts too many
   }
-  Tree tree(corners, area);
-  tree.split_until(quota);
-  chosen = tree.strongest_of_each();
-  if (static_cast<int>(chosen.size()) > quota) {
-    // The last split may give up to three parts too many: the weakest corners go.
-    const auto stronger = [&](int a, int b) {
-      const int sa = corners[static_cast<std::size_t>(a)].score;
-      const int sb = corners[static_cast<std::size_t>(b)].score;
-      return sa != sb ? sa > sb : a < b;
-    };
-    std::nth_element(chosen.begin(), chosen.begin() + quota, chosen.end(), stronger);
-    chosen.resize(static_cast<std::size_t>(quota));
-  }
+  std::vector<std::uint8_t> taken(corners.size(), 0);
+  for (const int i : chosen) taken[static_cast<std::size_t>(i)] = 1;
+  std::erase_if(all, [&taken](int i) { return taken[static_cast<std::size_t>(i)] != 0; });
+  keep_strongest(corners, all, quota - static_cast<int>(chosen.size()));
+  chosen.insert(chosen.end(), all.begin(), all.end());
   std::sort(chosen.begin(), chosen.end());
   return chosen;
 }
