@@ -1,0 +1,83 @@
+#include "dataset/synthetic/camera_path.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <ipl_slam/error.hpp>
+
+namespace ipl_slam::synthetic {
+namespace {
+
+using Eigen::Vector3d;
+using std::numbers::pi;
+
+SE3 orbit(const CameraSite& site, double t) {
+  const double angle = 0.175 * t - 0.6 * pi;  // rad; 0.4 m/s at 2.3 m from the middle
+  const Vector3d eye(site.look_at.x() + site.orbit_radii.x() * std::cos(angle),
+                     site.look_at.y() + site.orbit_radii.y() * std::sin(angle),
+                     site.eye_height + 0.10 * std::sin(0.5 * t) + 0.004 * std::sin(6.0 * t));
+  const Vector3d sway(0.30 * std::sin(0.31 * t), 0.25 * std::cos(0.23 * t),
+                      0.15 * std::sin(0.4 * t) + 0.01 * std::sin(4.7 * t));
+  return look_at(eye, site.look_at + sway);
+}
+
+SE3 sweep(const CameraSite& site, double t) {
+  const Vector3d span = site.sweep_to - site.sweep_from;
+  // The frequency at which the fastest point of the sine runs at 0.4 m/s.
+  const double along = 0.5 - 0.5 * std::cos(0.8 / span.norm() * t);
+  Vector3d eye = site.sweep_from + along * span;
+  eye.z() += 0.06 * std::sin(0.7 * t);
+  const Vector3d side(-span.y(), span.x(), 0.0);
+  const double swing = 0.45 * std::sin(0.45 * t);
+  const Eigen::AngleAxisd turn(swing, Vector3d::UnitZ());
+  const Vector3d forward = turn * side.normalized() + Vector3d(0, 0, -0.22 + 0.06 * std::sin(0.6 * t));
+  return look_at(eye, eye + forward);
+}
+
+// A pulse out, back past the start and home again within each turn of `period` seconds; at rest at both ends.
+// The turns belong to the axes x, y, z in order.
+Vector3d turns(double t, double period, double amplitude) {
+  const auto turn = static_cast<long>(std::floor(t / period));
+  const double phase = t / period - static_cast<double>(turn);
+  Vector3d result = Vector3d::Zero();
+  result[turn % 3] = amplitude * 1.3 * std::sin(2 * pi * phase) * std::pow(std::sin(pi * phase), 2);
+  return result;
+}
+
+SE3 halfsphere(const CameraSite& site, double t) {
+  const Vector3d from = site.station - site.look_at;
+  const double radius = from.norm();
+  const double azimuth = std::atan2(from.y(), from.x()) + 0.13 * std::sin(0.75 * t);
+  const double elevation = std::asin(from.z() / radius) + 0.11 * std::sin(1.05 * t);
+  const Vector3d eye =
+      site.look_at + radius * Vector3d(std::cos(elevation) * std::cos(azimuth),
+                                       std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+  return look_at(eye, site.look_at);
+}
+
+}  // namespace
+
+SE3 look_at(const Vector3d& eye, const Vector3d& target) {
+  Eigen::Matrix3d R_wc;
+  R_wc.col(2) = (target - eye).normalized();
+  R_wc.col(0) = R_wc.col(2).cross(Vector3d::UnitZ()).normalized();
+  R_wc.col(1) = R_wc.col(2).cross(R_wc.col(0));
+  return {R_wc, eye};
+}
+
+SE3 camera_pose(const std::string& path, const CameraSite& site, double time) {
+  const SE3 T_station = look_at(site.station, site.look_at);
+  if (path == "orbit") return orbit(site, time);
+  if (path == "sweep") return sweep(site, time);
+  if (path == "xyz") return SE3(Eigen::Quaterniond::Identity(), turns(time, 5.0, 0.28)) * T_station;
+  if (path == "rpy") {
+    Vector6d twist;
+    twist << Vector3d::Zero(), turns(time, 5.0, 0.35);
+    return T_station * SE3::exp(twist);
+  }
+  if (path == "halfsphere") return halfsphere(site, time);
+  if (path == "static") return T_station;
+  throw UserError("trajectory '" + path + "' is not known: use orbit, sweep, xyz, rpy, halfsphere or static");
+}
+
+}  // namespace ipl_slam::synthetic
