@@ -213,6 +213,13 @@ void draw_errors(PlotCanvas& canvas, const cv::Rect2d& box, const AteResult& ate
   canvas.rectangle(box, kFrameColor, 1.0);
 }
 
+/// The title, or as much of it as there is room for.
+std::string shortened(std::string title, double room) {
+  if (PlotCanvas::text_width(title, kTitleHeight) <= room) return title;
+  while (!title.empty() && PlotCanvas::text_width(title + "...", kTitleHeight) > room) title.pop_back();
+  return title + "...";
+}
+
 }  // namespace
 
 cv::Mat draw_trajectory(const Trajectory& ground_truth, const Trajectory& estimate, const AteResult& ate,
@@ -226,9 +233,11 @@ cv::Mat draw_trajectory(const Trajectory& ground_truth, const Trajectory& estima
   draw_paths(canvas, {left, top, width - left - right, main}, ground_truth, estimate, ate);
   draw_errors(canvas, {left, top + main + between, width - left - right, strip}, ate);
 
-  canvas.text(style.title, {left, 0.5 * top}, kTitleHeight, kTextColor);
-  canvas.text(fmt::format("ATE rmse {:.4f} m, max {:.4f} m, {} poses", ate.rmse, ate.max, ate.pairs),
-              {width - right, 0.5 * top}, kTitleHeight, kTextColor, Anchor::kRight);
+  const std::string figures =
+      fmt::format("ATE rmse {:.4f} m, max {:.4f} m, {} poses", ate.rmse, ate.max, ate.pairs);
+  const double room = width - left - right - PlotCanvas::text_width(figures, kTitleHeight) - kTitleHeight;
+  canvas.text(shortened(style.title, room), {left, 0.5 * top}, kTitleHeight, kTextColor);
+  canvas.text(figures, {width - right, 0.5 * top}, kTitleHeight, kTextColor, Anchor::kRight);
   return canvas.picture();
 }
 
