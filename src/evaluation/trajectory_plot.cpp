@@ -188,7 +188,7 @@ void draw_paths(PlotCanvas& canvas, const cv::Rect2d& box, const Trajectory& gro
 }
 
 void draw_errors(PlotCanvas& canvas, const cv::Rect2d& box, const AteResult& ate) {
-  constexpr double headroom = 1.12, least_error = 1e-4, least_time = 1e-3;  // metres, seconds: no empty axis
+  constexpr double headroom = 1.12, least_error = 1e-3, least_time = 1e-3;  // metres, seconds: no empty axis
   const double start = ate.aligned.front().timestamp;
   const double end = std::max(ate.aligned.back().timestamp - start, least_time);
   const Axes axes{box, {0.0, end, false}, {0.0, headroom * std::max(ate.max, least_error), false}};
