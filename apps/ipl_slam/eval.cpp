@@ -57,7 +57,7 @@ void run_eval(const EvalArguments& arguments) {
   if (!arguments.plot.empty()) {
     const std::size_t shown = middle_run(evaluations);
     TrajectoryPlotStyle style;
-    style.title = names[shown];
+    style.title = std::filesystem::path(names[shown]).filename().string();
     write_trajectory_plot(arguments.plot, ground_truth, trajectories[shown], evaluations[shown].ate, style);
   }
   const std::string json = evaluation_json(evaluations).dump(2) + "\n";

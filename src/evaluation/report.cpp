@@ -1,6 +1,7 @@
 #include "evaluation/report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <iterator>
 
@@ -112,6 +113,38 @@ std::string format_rows(const std::vector<Row>& rows) {
   return text;
 }
 
+Row statistics_row(const std::string& name, std::size_t pairs, const std::array<double, 6>& figures,
+                   int decimals) {
+  Row row = {name, fmt::format("{}", pairs)};
+  for (const double figure : figures) row.push_back(fmt::format("{:.{}f}", figure, decimals));
+  return row;
+}
+
+void add_rpe_rows(std::vector<Row>& rows, const std::string& delta, const std::optional<RpeResult>& rpe) {
+  if (!rpe) {
+    rows.push_back({"RPE over " + delta, "0", "-", "-", "-", "-", "-", "-"});
+    return;
+  }
+  const RpeResult& r = *rpe;
+  rows.push_back(
+      statistics_row(fmt::format("RPE over {} [m]", delta), r.pairs,
+                     {r.trans_rmse, r.trans_mean, r.trans_median, r.trans_std, r.trans_min, r.trans_max}, 4));
+  rows.push_back(statistics_row(fmt::format("RPE over {} [deg]", delta), r.pairs,
+                                {r.rot_rmse, r.rot_mean, r.rot_median, r.rot_std, r.rot_min, r.rot_max}, 3));
+}
+
+/// One trajectory: a line per kind of error, a column per statistic.
+std::string single_table(const Evaluation& evaluation) {
+  const AteResult& a = evaluation.ate;
+  std::vector<Row> rows = {{"", "pairs", "rmse", "mean", "median", "std", "min", "max"}};
+  rows.push_back(statistics_row("ATE [m]", a.pairs, {a.rmse, a.mean, a.median, a.std, a.min, a.max}, 4));
+  add_rpe_rows(rows, "1 frame", evaluation.rpe_frame);
+  add_rpe_rows(rows, "1 s", evaluation.rpe_second);
+  return fmt::format(
+      "{}: {} of {} poses have ground truth, {:.1f} % of the ground truth's time is covered\n{}",
+      evaluation.name, a.pairs, a.estimated_poses, 100.0 * a.coverage, format_rows(rows));
+}
+
 Json rpe_json(const std::optional<RpeResult>& rpe) {
   if (!rpe) return nullptr;
   return {{"pairs", rpe->pairs},
@@ -144,12 +177,20 @@ std::optional<RpeResult> try_relative_error(const Trajectory& ground_truth, cons
 
 Evaluation evaluate(const Trajectory& ground_truth, const Trajectory& estimate, const std::string& name,
                     double max_difference) {
-  return {name, absolute_trajectory_error(ground_truth, estimate, max_difference),
-          try_relative_error(ground_truth, estimate, RpeDelta::frames(1.0)),
-          try_relative_error(ground_truth, estimate, RpeDelta::seconds(1.0))};
+  Evaluation result;
+  result.name = name;
+  try {
+    result.ate = absolute_trajectory_error(ground_truth, estimate, max_difference);
+  } catch (const UserError& error) {  // of several trajectories, say which
+    throw UserError(fmt::format("{}: {}", name, error.what()));
+  }
+  result.rpe_frame = try_relative_error(ground_truth, estimate, RpeDelta::frames(1.0));
+  result.rpe_second = try_relative_error(ground_truth, estimate, RpeDelta::seconds(1.0));
+  return result;
 }
 
 std::string evaluation_table(const std::vector<Evaluation>& evaluations) {
+  if (evaluations.size() == 1) return single_table(evaluations.front());
   Row titles = {"trajectory", "pairs"}, units = {"", ""};
   for (const Figure& figure : figures()) {
     titles.emplace_back(figure.title);
@@ -157,7 +198,7 @@ std::string evaluation_table(const std::vector<Evaluation>& evaluations) {
   }
   std::vector<Row> rows = {titles, units};
   for (const Evaluation& evaluation : evaluations) rows.push_back(evaluation_row(evaluation));
-  if (evaluations.size() > 1) add_summary(rows, evaluations);
+  if (!evaluations.empty()) add_summary(rows, evaluations);
   return format_rows(rows);
 }
 

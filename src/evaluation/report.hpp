@@ -24,8 +24,8 @@ struct Evaluation {
 [[nodiscard]] Evaluation evaluate(const Trajectory& ground_truth, const Trajectory& estimate,
                                   const std::string& name, double max_difference = kAssociationWindow);
 
-/// A table for people, with a row "mean" and a row "± std" below where there is more than one trajectory.
-/// Ends in a newline.
+/// Tables for people, ending in a newline. One trajectory: a row per kind of error, a column per statistic.
+/// Several: a row each, and "mean" and "± std" over all of them below.
 [[nodiscard]] std::string evaluation_table(const std::vector<Evaluation>& evaluations);
 
 /// {"trajectories": [{"name", "ate": {...}, "rpe_frame": {...} or null, "rpe_second"}], and for more than one

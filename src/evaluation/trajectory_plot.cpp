@@ -188,7 +188,7 @@ void draw_paths(PlotCanvas& canvas, const cv::Rect2d& box, const Trajectory& gro
 }
 
 void draw_errors(PlotCanvas& canvas, const cv::Rect2d& box, const AteResult& ate) {
-  constexpr double headroom = 1.12, least_error = 1e-4, least_time = 1e-3;  // metres, seconds: no empty axis
+  constexpr double headroom = 1.12, least_error = 1e-3, least_time = 1e-3;  // metres, seconds: no empty axis
   const double start = ate.aligned.front().timestamp;
   const double end = std::max(ate.aligned.back().timestamp - start, least_time);
   const Axes axes{box, {0.0, end, false}, {0.0, headroom * std::max(ate.max, least_error), false}};
@@ -213,6 +213,13 @@ void draw_errors(PlotCanvas& canvas, const cv::Rect2d& box, const AteResult& ate
   canvas.rectangle(box, kFrameColor, 1.0);
 }
 
+/// The title, or as much of it as there is room for.
+std::string shortened(std::string title, double room) {
+  if (PlotCanvas::text_width(title, kTitleHeight) <= room) return title;
+  while (!title.empty() && PlotCanvas::text_width(title + "...", kTitleHeight) > room) title.pop_back();
+  return title + "...";
+}
+
 }  // namespace
 
 cv::Mat draw_trajectory(const Trajectory& ground_truth, const Trajectory& estimate, const AteResult& ate,
@@ -226,9 +233,11 @@ cv::Mat draw_trajectory(const Trajectory& ground_truth, const Trajectory& estima
   draw_paths(canvas, {left, top, width - left - right, main}, ground_truth, estimate, ate);
   draw_errors(canvas, {left, top + main + between, width - left - right, strip}, ate);
 
-  canvas.text(style.title, {left, 0.5 * top}, kTitleHeight, kTextColor);
-  canvas.text(fmt::format("ATE rmse {:.4f} m, max {:.4f} m, {} poses", ate.rmse, ate.max, ate.pairs),
-              {width - right, 0.5 * top}, kTitleHeight, kTextColor, Anchor::kRight);
+  const std::string figures =
+      fmt::format("ATE rmse {:.4f} m, max {:.4f} m, {} poses", ate.rmse, ate.max, ate.pairs);
+  const double room = width - left - right - PlotCanvas::text_width(figures, kTitleHeight) - kTitleHeight;
+  canvas.text(shortened(style.title, room), {left, 0.5 * top}, kTitleHeight, kTextColor);
+  canvas.text(figures, {width - right, 0.5 * top}, kTitleHeight, kTextColor, Anchor::kRight);
   return canvas.picture();
 }
 
