@@ -21,6 +21,10 @@ using PoseBlock = std::array<double, kPoseBlockSize>;
 // pairs of poses share no point, as a sparse one.
 constexpr int kMostDensePoses = 60;
 
+// A step that gains less than this share of the cost is the last of its phase. While outliers still pull, the
+// exact minimum is not worth its steps.
+constexpr double kRobustGain = 1e-3, kFinalGain = 1e-6;
+
 class AbortCallback final : public ceres::IterationCallback {
  public:
   explicit AbortCallback(const std::atomic<bool>* abort) : abort_(abort) {}
@@ -64,7 +68,7 @@ class Adjustment {
   void check_indices() const;
   void build();
   void add_residual(std::size_t index);
-  void solve(int iterations, BundleResult& result);
+  void solve(int iterations, double gain, BundleResult& result);
   void take_outliers_out(const std::vector<std::uint8_t>& outlier);
   void write_back(const std::vector<std::uint8_t>& outlier);
 
@@ -169,12 +173,14 @@ double Adjustment::classify(std::vector<std::uint8_t>& outlier) const {
   return cost;
 }
 
-void Adjustment::solve(int iterations, BundleResult& result) {
+// Stops early where a step gains less than `gain` of the cost.
+void Adjustment::solve(int iterations, double gain, BundleResult& result) {
   ceres::Solver::Options options;
   options.linear_solver_type = free_poses_ <= kMostDensePoses ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // CHOLMOD, the default, is partly GPL
   options.dense_linear_algebra_library_type = ceres::EIGEN;
   options.max_num_iterations = iterations;
+  options.function_tolerance = gain;
   // With more threads Ceres sums costs, gradients and the Schur complement in the order in which threads
   // finish.
   options.num_threads = 1;
@@ -225,11 +231,11 @@ BundleResult Adjustment::run(const BundleOptions& options) {
   result.final_cost = result.initial_cost;
   result.aborted = abort_.raised();
   if (result.aborted || ceres_.NumResidualBlocks() == 0) return result;
-  solve(options.robust_iterations, result);
+  solve(options.robust_iterations, kRobustGain, result);
   result.final_cost = classify(result.outlier);
   if (!result.aborted && options.final_iterations > 0) {
     take_outliers_out(result.outlier);
-    if (ceres_.NumResidualBlocks() > 0) solve(options.final_iterations, result);
+    if (ceres_.NumResidualBlocks() > 0) solve(options.final_iterations, kFinalGain, result);
     result.final_cost = classify(result.outlier);
   }
   write_back(result.outlier);

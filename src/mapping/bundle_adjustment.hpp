@@ -35,28 +35,37 @@ struct BundleProblem {
 struct BundleOptions {
   int robust_iterations = 5;
   int final_iterations = 10;
-  int threads = 1;
 
   template <class Visitor>
   void visit(Visitor& v) {
     v.number("robust_iterations", robust_iterations,
-             {1, 100, "count", "steps with the Huber kernel, before outliers go"});
-    v.number("final_iterations", final_iterations, {0, 100, "count", "steps on the inliers"});
-    v.number("threads", threads,
-             {1, 64, "count", "threads that evaluate residuals; the result does not depend on it"});
+             {1, 100, "count", "steps at most before outliers are taken out"});
+    v.number("final_iterations", final_iterations,
+             {0, 100, "count", "steps at most on the inliers; 0 ends after the first phase"});
   }
 };
 
 struct BundleResult {
-  std::vector<std::uint8_t>
-      outlier;  ///< per observation, 1 = fails the chi-square test (or behind the camera) at the end
+  /// Per observation, 1 = fails the 95 % chi-square test at the end, lies behind the camera, or could not be
+  /// used (not finite, weight or variance not above 0, behind the camera at the start). The test does not
+  /// look at the weight, which says how much an observation may pull and not how far off it may be.
+  std::vector<std::uint8_t> outlier;
+  /// Half the sum of rho(weight x chi-square), Huber, over all observations that could be used, outliers
+  /// among them: the two can be compared.
   double initial_cost = 0.0, final_cost = 0.0;
-  int iterations = 0;
+  int iterations = 0;    ///< steps tried in both phases
   bool aborted = false;  ///< `abort` was raised: the problem holds the best state reached so far
 };
 
-/// Optimises poses and points in place (Ceres, analytic Jacobians). `abort`, when not null, is polled between
-/// steps.
+/// Optimises poses and points in place: Ceres, Schur complement, analytic Jacobians
+/// (geometry/reprojection.hpp). Two phases, both with the Huber kernel: all observations, then those that
+/// pass the chi-square test after the first. Poses and points without an inlier at the end keep the value
+/// they came with, and so do fixed poses, to the last byte; where no pose is fixed the first is, since
+/// observations cannot tell where the world is.
+///
+/// `abort`, when not null, is polled between steps; it may be raised from another thread. Runs on the calling
+/// thread alone: Ceres' own threads make the last digits of the result depend on their timing. Throws
+/// std::out_of_range for an observation whose index lies outside the poses or points.
 BundleResult adjust_bundle(BundleProblem& problem, const Camera& camera, const DepthNoiseOptions& noise,
                            const BundleOptions& options, const std::atomic<bool>* abort = nullptr);
 

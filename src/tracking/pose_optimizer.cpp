@@ -1,7 +1,6 @@
 #include "tracking/pose_optimizer.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
@@ -9,143 +8,14 @@
 
 #include "geometry/reprojection.hpp"
 #include "geometry/robust.hpp"
+#include "tracking/pose_optimizer_kernel.hpp"
 
 namespace ipl_slam {
 namespace {
 
+using namespace pose_kernel;
+
 constexpr int kMinInliers = 3;
-
-// Four matches side by side. GCC and Clang map this type to one AVX register or to two SSE2 registers; every
-// operation used is exactly rounded, so both give the same bits.
-constexpr std::size_t kLanes = 4;
-using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
-using Mask = decltype(Lanes{} < Lanes{});
-
-// The matches, one array per quantity, padded with unused ones to a multiple of kLanes.
-enum Field : std::size_t {
-  kX,
-  kY,
-  kZ,
-  kU,
-  kV,
-  kInverseDepth,
-  kPixelInfo,
-  kDepthInfo,
-  kHuber,
-  kWeight,
-  kChi2,
-  kFields
-};
-
-// The alignment is spelled out because the compiler of a file without AVX takes 16 bytes to be enough for
-// Lanes.
-struct alignas(sizeof(Lanes)) Block {
-  Lanes field[kFields];
-};
-
-class MatchTable {
- public:
-  explicit MatchTable(std::size_t matches) : blocks_((matches + kLanes - 1) / kLanes, Block{}) {}
-
-  [[nodiscard]] std::vector<Block>& blocks() { return blocks_; }
-  [[nodiscard]] double get(std::size_t i, Field field) const {
-    return blocks_[i / kLanes].field[field][i % kLanes];
-  }
-  void set(std::size_t i, Field field, double value) { blocks_[i / kLanes].field[field][i % kLanes] = value; }
-
- private:
-  std::vector<Block> blocks_;
-};
-
-// Cost, gradient J^T W e and the upper triangle of J^T W J, row by row.
-struct Normal {
-  double cost = 0.0;
-  double gradient[6] = {};
-  double hessian[21] = {};
-};
-
-constexpr int upper(int row, int column) {
-  return row * 6 - row * (row - 1) / 2 + column - row;
-}
-
-// Adds weight * row^T * (row, e), touching only the columns that can differ from zero.
-template <std::size_t N>
-[[gnu::always_inline]] inline void add_row(const std::array<int, N>& columns, const Lanes (&row)[6],
-                                           const Lanes& e, const Lanes& weight, Lanes (&gradient)[6],
-                                           Lanes (&hessian)[21]) {
-#pragma GCC unroll 6
-  for (std::size_t r = 0; r < N; ++r) {
-    const Lanes weighted = weight * row[columns[r]];
-    gradient[columns[r]] += weighted * e;
-#pragma GCC unroll 6
-    for (std::size_t c = r; c < N; ++c) hessian[upper(columns[r], columns[c])] += weighted * row[columns[c]];
-  }
-}
-
-// Evaluates all matches at T_cw, stores their unweighted chi-square, and sums the normal equations lane by
-// lane: the order of additions is part of the result.
-[[gnu::always_inline]] inline void evaluate_lanes(const Camera& camera, const SE3& T_cw, bool robust,
-                                                  MatchTable& table, Normal& out) {
-  const Eigen::Matrix3d R = T_cw.rotation_matrix();
-  const Eigen::Vector3d t = T_cw.translation();
-  Lanes cost{}, gradient[6]{}, hessian[21]{};
-  const Lanes zero{}, one = zero + 1.0, behind_chi2 = zero + kBehindCameraChi2;
-  for (Block& block : table.blocks()) {
-    Lanes(&m)[kFields] = block.field;
-    const Lanes x = R(0, 0) * m[kX] + R(0, 1) * m[kY] + R(0, 2) * m[kZ] + t[0];
-    const Lanes y = R(1, 0) * m[kX] + R(1, 1) * m[kY] + R(1, 2) * m[kZ] + t[1];
-    const Lanes z = R(2, 0) * m[kX] + R(2, 1) * m[kY] + R(2, 2) * m[kZ] + t[2];
-    const Mask in_front = z >= kMinProjectionDepth;
-    PointResidual<Lanes> r;
-    const Lanes z_safe = in_front ? z : one;
-    point_residual(camera, x, y, z_safe, m[kU], m[kV], m[kInverseDepth], r);
-    const Lanes seen =
-        r.e[0] * r.e[0] * m[kPixelInfo] + r.e[1] * r.e[1] * m[kPixelInfo] + r.e[2] * r.e[2] * m[kDepthInfo];
-    const Lanes chi2 = in_front ? seen : behind_chi2;
-    m[kChi2] = chi2;
-
-    Lanes weight = in_front ? m[kWeight] : zero;
-    Lanes loss = m[kWeight] * chi2;
-    if (robust) {  // rho(s) and rho'(s) of Huber's kernel, as in robust.hpp
-      const Lanes delta = m[kHuber], inside = delta * delta;
-      const Lanes s = loss;
-      Lanes root = s > inside ? s : one;
-      for (std::size_t l = 0; l < kLanes; ++l) root[l] = __builtin_sqrt(root[l]);
-      loss = s > inside ? 2.0 * delta * root - inside : s;
-      weight *= s > inside ? delta / root : one;
-    }
-    cost += loss;
-    const Lanes pixel_weight = weight * m[kPixelInfo];
-    add_row(kColumnsU, r.jacobian[0], r.e[0], pixel_weight, gradient, hessian);
-    add_row(kColumnsV, r.jacobian[1], r.e[1], pixel_weight, gradient, hessian);
-    add_row(kColumnsD, r.jacobian[2], r.e[2], weight * m[kDepthInfo], gradient, hessian);
-  }
-  const auto sum = [](const Lanes& v) __attribute__((always_inline)) {
-    return (v[0] + v[1]) + (v[2] + v[3]);
-  };
-  out.cost = sum(cost);
-  for (int i = 0; i < 6; ++i) out.gradient[i] = sum(gradient[i]);
-  for (int i = 0; i < 21; ++i) out.hessian[i] = sum(hessian[i]);
-}
-
-void evaluate_portable(const Camera& camera, const SE3& T_cw, bool robust, MatchTable& table, Normal& out) {
-  evaluate_lanes(camera, T_cw, robust, table, out);
-}
-
-#if defined(__x86_64__)
-__attribute__((target("avx2"))) void evaluate_avx2(const Camera& camera, const SE3& T_cw, bool robust,
-                                                   MatchTable& table, Normal& out) {
-  evaluate_lanes(camera, T_cw, robust, table, out);
-}
-#endif
-
-void evaluate(const Camera& camera, const SE3& T_cw, bool robust, MatchTable& table, Normal& out) {
-#if defined(__x86_64__)
-  static const bool avx2 = __builtin_cpu_supports("avx2");
-  if (avx2) return evaluate_avx2(camera, T_cw, robust, table, out);
-#endif
-  evaluate_portable(camera, T_cw, robust, table, out);
-}
 
 Matrix6d hessian_matrix(const Normal& normal) {
   Matrix6d h;

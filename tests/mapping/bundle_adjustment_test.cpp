@@ -1,10 +1,13 @@
 #include "mapping/bundle_adjustment.hpp"
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <random>
 #include <stdexcept>
+#include <thread>
 
 #include <ceres/gradient_checker.h>
 #include <gtest/gtest.h>
@@ -309,6 +312,46 @@ TEST(BundleAdjustment, an_abort_before_the_start_changes_nothing) {
   EXPECT_EQ(result.outlier.size(), problem.observations.size());
   EXPECT_TRUE(same_poses(problem, scene.disturbed()));
   EXPECT_EQ(point_error(problem, scene.disturbed()), 0.0);
+}
+
+TEST(BundleAdjustment, an_abort_in_between_ends_early_with_a_state_that_is_no_worse) {
+  Scene scene;
+  for (int i = 0; i < 20; ++i) {  // enough work that a flag raised on the way is seen on the way
+    const auto copy = scene.truth.observations;
+    scene.truth.observations.insert(scene.truth.observations.end(), copy.begin(), copy.begin() + 960);
+  }
+  // When the flag goes up is a matter of luck: later and later, until one falls between two steps.
+  bool seen = false;
+  for (int tenths = 1; tenths < 5000 && !seen; ++tenths) {
+    BundleProblem problem = scene.disturbed();
+    std::atomic<bool> abort = false;
+    std::thread raiser([&] {
+      std::this_thread::sleep_for(std::chrono::microseconds(100) * tenths);
+      abort = true;
+    });
+    const BundleResult result = adjust(problem, {}, &abort);
+    raiser.join();
+    EXPECT_LE(result.final_cost, result.initial_cost);
+    EXPECT_TRUE(std::isfinite(pose_error(problem, scene.truth)));
+    seen = result.aborted && result.iterations > 0;
+    if (seen && result.final_cost < result.initial_cost) {  // the steps taken are kept
+      EXPECT_FALSE(same_poses(problem, scene.disturbed()));
+    }
+  }
+  EXPECT_TRUE(seen);
+}
+
+TEST(BundleAdjustment, gives_the_same_bytes_twice_and_on_two_threads_at_once) {
+  const Scene scene;
+  BundleProblem alone = scene.disturbed(), first = alone, second = alone;
+  adjust(alone);
+  std::thread other([&] { adjust(first); });
+  adjust(second);
+  other.join();
+  for (const BundleProblem* problem : {&first, &second}) {
+    EXPECT_TRUE(same_poses(*problem, alone));
+    EXPECT_EQ(point_error(*problem, alone), 0.0);
+  }
 }
 
 TEST(BundleAdjustment, a_flag_that_is_never_raised_changes_nothing) {
