@@ -40,7 +40,7 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   Stopwatch stopwatch;
 
   Features features = extractor_.extract(image.color, image.depth);
-  FeatureGrid grid(features, camera_);
+  FeatureGrid grid(features);
   const auto frame =
       std::make_shared<const Frame>(Frame{image.index, image.timestamp, std::move(features), std::move(grid)});
   last_timestamp_ = image.timestamp;
