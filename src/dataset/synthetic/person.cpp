@@ -293,8 +293,8 @@ void add_body(SceneBuilder& builder, int first_frame, double body_height, Random
     limb(arm, {0, 0, 0}, {0, 0, -kUpperArm}, 0.052, 0.052, shirt);
     limb(forearm, {0, 0, 0}, {0, 0, -0.22}, 0.043, 0.043, shirt);
     limb(forearm, {0, 0, -0.25}, {0.01, 0, -0.32}, 0.040, 0.030, skin);
-    limb(thigh, {0, 0, 0}, {0, 0, -kThigh}, 0.088, 0.085, trousers);
-    limb(shin, {0, 0, 0}, {0, 0, -kShin + 0.02}, 0.062, 0.060, trousers);
+    limb(thigh, {0, 0, 0}, {0, 0, -kThigh}, 0.082, 0.080, trousers);
+    limb(shin, {0, 0, 0}, {0, 0, -kShin + 0.02}, 0.066, 0.064, trousers);
     limb(foot, {-0.03, 0, -0.035}, {0.15, 0, -0.04}, 0.042, 0.045, shoes);
   }
 }
