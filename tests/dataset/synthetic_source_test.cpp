@@ -61,10 +61,15 @@ TEST(SyntheticSource, DepthOfOneFrameCarriedIntoAnotherLandsOnTheSameSurface) {
         const Eigen::Vector2d at = camera.project(p);
         const int x = static_cast<int>(std::floor(at.x()));
         const int y = static_cast<int>(std::floor(at.y()));
-        if (p.z() < 0.1 || x < 0 || y < 0 || x + 1 >= camera.width || y + 1 >= camera.height) continue;
-        // 1/z is linear in the image on a plane. Only where the four neighbours lie on one plane.
+        if (p.z() < 0.1 || x < 1 || y < 1 || x + 2 >= camera.width || y + 2 >= camera.height) continue;
+        // 1/z is linear in the image on a plane; only where the neighbours lie on one can it be interpolated.
         const auto inverse = [&](int dx, int dy) { return 1.0 / b.true_depth.at<float>(y + dy, x + dx); };
-        if (std::abs(inverse(0, 0) + inverse(1, 1) - inverse(1, 0) - inverse(0, 1)) > 1e-5) continue;
+        double bend = std::abs(inverse(0, 0) + inverse(1, 1) - inverse(1, 0) - inverse(0, 1));
+        for (const int k : {0, 1}) {
+          bend = std::max(bend, std::abs(inverse(k - 1, 0) - 2.0 * inverse(k, 0) + inverse(k + 1, 0)));
+          bend = std::max(bend, std::abs(inverse(0, k - 1) - 2.0 * inverse(0, k) + inverse(0, k + 1)));
+        }
+        if (bend > 1e-5) continue;
         const double fx = at.x() - x;
         const double fy = at.y() - y;
         const double expected = 1.0 / ((1 - fy) * ((1 - fx) * inverse(0, 0) + fx * inverse(1, 0)) +
@@ -78,8 +83,8 @@ TEST(SyntheticSource, DepthOfOneFrameCarriedIntoAnotherLandsOnTheSameSurface) {
     // 0.1 mm of rounding in the stored depth grows at most tenfold on slanted surfaces. A few points beside
     // an outline fall on the surface behind it.
     EXPECT_GT(in_view, 2000) << path;
-    EXPECT_GT(compared, 0.9 * in_view) << path;
-    EXPECT_GT(agreeing, 0.99 * compared) << path;
+    EXPECT_GT(compared, 0.8 * in_view) << path;
+    EXPECT_GT(agreeing, 0.995 * compared) << path;
   }
 }
 
