@@ -280,7 +280,7 @@ void add_body(SceneBuilder& builder, int first_frame, double body_height, Random
   limb(P::Chest, {-0.01, -0.15, 0.43}, {-0.01, 0.15, 0.43}, 0.065, 0.065, shirt);
   limb(P::Chest, {0, 0, 0.46}, {0.01, 0, 0.58}, 0.055, 0.055, skin);
   limb(P::Head, {0.01, 0, 0.06}, {0.02, 0, 0.14}, 0.092, 0.078, skin);
-  limb(P::Head, {-0.018, 0, 0.10}, {-0.010, 0, 0.158}, 0.092, 0.084, hair);
+  limb(P::Head, {-0.018, 0, 0.10}, {-0.004, 0, 0.162}, 0.094, 0.085, hair);
   limb(P::Head, {0.105, 0, 0.075}, {0.112, 0, 0.065}, 0.016, 0.014, skin);
   for (const double side : {1.0, -1.0}) {
     const bool left = side > 0.0;
@@ -293,8 +293,8 @@ void add_body(SceneBuilder& builder, int first_frame, double body_height, Random
     limb(arm, {0, 0, 0}, {0, 0, -kUpperArm}, 0.052, 0.052, shirt);
     limb(forearm, {0, 0, 0}, {0, 0, -0.22}, 0.043, 0.043, shirt);
     limb(forearm, {0, 0, -0.25}, {0.01, 0, -0.32}, 0.040, 0.030, skin);
-    limb(thigh, {0, 0, 0}, {0, 0, -kThigh}, 0.088, 0.085, trousers);
-    limb(shin, {0, 0, 0}, {0, 0, -kShin + 0.02}, 0.062, 0.060, trousers);
+    limb(thigh, {0, 0, 0}, {0, 0, -kThigh}, 0.082, 0.080, trousers);
+    limb(shin, {0, 0, 0}, {0, 0, -kShin + 0.02}, 0.066, 0.064, trousers);
     limb(foot, {-0.03, 0, -0.035}, {0.15, 0, -0.04}, 0.042, 0.045, shoes);
   }
 }

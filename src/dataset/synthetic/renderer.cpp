@@ -1,6 +1,7 @@
 #include "dataset/synthetic/renderer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -14,7 +15,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using Eigen::Vector3f;
 
 constexpr double kNear = 0.02;  // metres; nothing closer is drawn
 constexpr int kTile = 16;       // pixels; primitives are sorted into square tiles of this side
@@ -24,7 +24,10 @@ constexpr float kNothing = 30.0F;  // grey value where no surface is hit
 // Softens texture slightly more than the sampling theorem's minimum, as lens and demosaicing of a real camera
 // do.
 constexpr double kPixelBlur = 1.15;
-constexpr int kMaxAnisotropy = 6;  // texture samples along a footprint that a slanted surface stretches
+// A footprint that a slanted surface stretches is covered by up to kMaxAnisotropy texture samples, each up to
+// kStretch times as long as it is wide.
+constexpr int kMaxAnisotropy = 6;
+constexpr double kStretch = 1.5;
 
 // Sub-pixel offsets of the rays on outlines: eight rooks, every row and column of an 8 x 8 grid used once.
 constexpr double kOutlineSamples[8][2] = {{-7 / 16., -1 / 16.}, {-5 / 16., 5 / 16.}, {-3 / 16., -5 / 16.},
@@ -174,25 +177,26 @@ bool hit_capsule(const PosedPrimitive& p, const Vector3d& d, Hit& hit, int index
   return true;
 }
 
+// Intersects one primitive alone.
+bool hit_primitive(const PosedPrimitive& p, double x, double y, Hit& hit, int index) {
+  const Vector3d d = p.to_local.col(0) * x + p.to_local.col(1) * y + p.to_local.col(2);
+  return p.primitive->shape == Shape::Box ? hit_box(p, d, hit, index) : hit_capsule(p, d, hit, index);
+}
+
 Hit cast(const View& view, const std::vector<int>& tile, double x, double y) {
   Hit hit;
   for (const int index : tile) {
     const PosedPrimitive& p = view.posed[index];
     if (p.z_min >= hit.z) break;
-    const Vector3d d = p.to_local.col(0) * x + p.to_local.col(1) * y + p.to_local.col(2);
-    if (p.primitive->shape == Shape::Box) {
-      hit_box(p, d, hit, index);
-    } else {
-      hit_capsule(p, d, hit, index);
-    }
+    hit_primitive(p, x, y, hit, index);
   }
   return hit;
 }
 
 // Averages the texture over the pixel's footprint: `minor` metres wide and stretched to `major` along the
 // direction in which the surface falls away from the viewer.
-Vector3f sample_material(const View& view, int material_index, const Vector2d& uv, const Vector2d& extent,
-                         const Vector2d& stretch, double minor, double major) {
+Color sample_material(const View& view, int material_index, const Vector2d& uv, const Vector2d& extent,
+                      const Vector2d& stretch, double minor, double major) {
   const Material& material = view.scene.materials[material_index];
   const Texture& texture = view.scene.textures[material.texture];
   Vector2d scale(material.texels_per_metre, material.texels_per_metre);
@@ -201,11 +205,11 @@ Vector3f sample_material(const View& view, int material_index, const Vector2d& u
     scale = {texture.width() / (2.0 * extent.x()), texture.height() / (2.0 * extent.y())};
     at = uv + extent;
   }
-  const double count = std::clamp(std::ceil(major / minor - 0.25), 1.0, double{kMaxAnisotropy});
+  const double count = std::clamp(std::ceil(major / (kStretch * minor)), 1.0, double{kMaxAnisotropy});
   const auto footprint =
       static_cast<float>(std::max(minor, major / count) * kPixelBlur * std::max(scale.x(), scale.y()));
   const Vector2d step = stretch * (major / count);
-  Vector3f sum = Vector3f::Zero();
+  Color sum = Color::Zero();
   for (int i = 0; i < static_cast<int>(count); ++i) {
     const Vector2d texel = (at + step * (i + 0.5 - 0.5 * count)).cwiseProduct(scale);
     sum += texture.sample(static_cast<float>(texel.x()), static_cast<float>(texel.y()), footprint);
@@ -214,7 +218,7 @@ Vector3f sample_material(const View& view, int material_index, const Vector2d& u
 }
 
 struct Shaded {
-  Vector3f color;
+  Color color;
   float incidence;
 };
 
@@ -251,15 +255,15 @@ Shaded shade_surface(const View& view, const PosedPrimitive& p, const Hit& hit, 
     uv = {std::atan2(local.y(), local.x()) * p.scale.x(), local.z() * p.scale.z()};
     major = pixel;
   }
-  const Vector3f albedo =
+  const Color albedo =
       sample_material(view, p.primitive->materials[hit.face], uv, extent, stretch, pixel, major);
   const Vector3d to_lamp = (view.lamp_c - hit.z * ray).normalized();
   const float light = kAmbient + kDiffuse * static_cast<float>(std::max(0.0, normal.dot(to_lamp)));
-  return {(albedo * light).cwiseMin(255.0F), incidence};
+  return {(albedo * light).min(255.0F), incidence};
 }
 
 Shaded shade(const View& view, const Hit& hit, const Vector3d& ray) {
-  if (hit.primitive < 0) return {Vector3f::Constant(kNothing), 0.0F};
+  if (hit.primitive < 0) return {Color::Constant(kNothing), 0.0F};
   return shade_surface(view, view.posed[hit.primitive], hit, ray);
 }
 
@@ -282,13 +286,45 @@ void render_row(const View& view, int v, RenderedImages& images, cv::Mat& surfac
     const Vector3d ray = ray_of(view.camera, u, v);
     const Hit hit = cast(view, tile_of(view, u, v), ray.x(), ray.y());
     const Shaded shaded = shade(view, hit, ray);
-    color[u] = {shaded.color.x(), shaded.color.y(), shaded.color.z()};
+    color[u] = {shaded.color[0], shaded.color[1], shaded.color[2]};
     incidence[u] = shaded.incidence;
     const bool found = hit.primitive >= 0;
     depth[u] = found ? static_cast<float>(hit.z) : 0.0F;
     label[u] = found ? static_cast<std::uint8_t>(view.posed[hit.primitive].primitive->object) : 0;
     id[u] = found ? hit.primitive * 6 + hit.face : -1;
   }
+}
+
+// The surfaces of a pixel, each weighted with the number of rays that meet it. A surface is shaded once, in
+// the middle of its rays: solids and faces are convex, so it is there too.
+Color outline_color(const View& view, const std::vector<int>& tile, int u, int v) {
+  constexpr int kRays = static_cast<int>(std::size(kOutlineSamples));
+  std::array<Hit, kRays> hits;
+  for (int i = 0; i < kRays; ++i) {
+    const Vector3d ray = ray_of(view.camera, u + kOutlineSamples[i][0], v + kOutlineSamples[i][1]);
+    hits[i] = cast(view, tile, ray.x(), ray.y());
+  }
+  Color sum = Color::Zero();
+  std::array<bool, kRays> done{};
+  for (int i = 0; i < kRays; ++i) {
+    if (done[i]) continue;
+    double du = 0.0;
+    double dv = 0.0;
+    int count = 0;
+    for (int k = i; k < kRays; ++k) {
+      if (done[k] || hits[k].primitive != hits[i].primitive || hits[k].face != hits[i].face) continue;
+      done[k] = true;
+      du += kOutlineSamples[k][0];
+      dv += kOutlineSamples[k][1];
+      ++count;
+    }
+    const Vector3d ray = ray_of(view.camera, u + du / count, v + dv / count);
+    Hit middle;
+    const int index = hits[i].primitive;
+    if (index >= 0) hit_primitive(view.posed[index], ray.x(), ray.y(), middle, index);
+    sum += shade(view, middle, ray).color * static_cast<float>(count);
+  }
+  return sum / static_cast<float>(kRays);
 }
 
 // Second pass: pixels beside another surface are replaced by the mean of several rays.
@@ -301,13 +337,8 @@ void smooth_outlines(const View& view, int v, RenderedImages& images, const cv::
     const int left = here[std::max(0, u - 1)];
     const int right = here[std::min(surface.cols - 1, u + 1)];
     if (here[u] == left && here[u] == right && here[u] == above[u] && here[u] == below[u]) continue;
-    Vector3f sum = Vector3f::Zero();
-    for (const auto& offset : kOutlineSamples) {
-      const Vector3d ray = ray_of(view.camera, u + offset[0], v + offset[1]);
-      sum += shade(view, cast(view, tile_of(view, u, v), ray.x(), ray.y()), ray).color;
-    }
-    sum /= static_cast<float>(std::size(kOutlineSamples));
-    color[u] = {sum.x(), sum.y(), sum.z()};
+    const Color mean = outline_color(view, tile_of(view, u, v), u, v);
+    color[u] = {mean[0], mean[1], mean[2]};
   }
 }
 

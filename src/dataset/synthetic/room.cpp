@@ -73,7 +73,7 @@ class RoomBuilder {
     pale_wood_ = builder_.material(paint_wood(512, {140, 175, 200}, random_), 400.0);
     metal_ = builder_.material(paint_plain(256, {120, 115, 110}, 14.0F, random_), 300.0);
     dark_ = builder_.material(paint_plain(256, {38, 36, 35}, 12.0F, random_), 300.0);
-    for (int i = 0; i < 3; ++i) cardboard_.push_back(builder_.material(paint_cardboard(256, random_)));
+    for (int i = 0; i < 8; ++i) cardboard_.push_back(builder_.material(paint_cardboard(256, random_)));
   }
 
   void build_shell() {
