@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <opencv2/core/utility.hpp>
 
 #include <ipl_slam/error.hpp>
 #include <ipl_slam/version.hpp>
@@ -110,6 +111,9 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace ipl_slam::cli;
+  // Threads are ours to hand out (schedule.threads). OpenCV's own would compete with them, and
+  // ThreadSanitizer, which cannot see into the library they come from, reports races or hangs.
+  cv::setNumThreads(1);
   try {
     return run(argc, argv);
   } catch (const ipl_slam::UserError& error) {
