@@ -66,7 +66,9 @@ class Tree {
       parts_ = std::move(closed);
       std::size_t next = 0;
       while (next < open.size() && static_cast<int>(parts_.size() + open.size() - next) < quota) {
+        const std::size_t children = parts_.size();
         split(open[next++]);
+        drop_weakest(children, parts_.size() + open.size() - next, static_cast<std::size_t>(quota));
       }
       parts_.insert(parts_.end(), open.begin() + static_cast<std::ptrdiff_t>(next), open.end());
     }
@@ -75,19 +77,33 @@ class Tree {
   [[nodiscard]] std::vector<int> strongest_of_each() const {
     std::vector<int> best;
     best.reserve(parts_.size());
-    for (const Part& part : parts_) {
-      int strongest = indices_[static_cast<std::size_t>(part.begin)];
-      for (int i = part.begin + 1; i < part.end; ++i) {
-        const int c = indices_[static_cast<std::size_t>(i)];
-        if (corner(c).score > corner(strongest).score) strongest = c;
-      }
-      best.push_back(strongest);
-    }
+    for (const Part& part : parts_) best.push_back(strongest(part));
     return best;
   }
 
  private:
   [[nodiscard]] const Corner& corner(int i) const { return corners_[static_cast<std::size_t>(i)]; }
+
+  [[nodiscard]] int strongest(const Part& part) const {
+    int best = indices_[static_cast<std::size_t>(part.begin)];
+    for (int i = part.begin + 1; i < part.end; ++i) {
+      const int c = indices_[static_cast<std::size_t>(i)];
+      if (corner(c).score > corner(best).score) best = c;
+    }
+    return best;
+  }
+
+  // The last split may give up to three parts too many: the weakest of its own go, never a lonely corner
+  // elsewhere.
+  void drop_weakest(std::size_t children, std::size_t total, std::size_t quota) {
+    for (; total > quota; --total) {
+      const auto weaker = [this](const Part& a, const Part& b) {
+        return corner(strongest(a)).score < corner(strongest(b)).score;
+      };
+      parts_.erase(
+          std::min_element(parts_.begin() + static_cast<std::ptrdiff_t>(children), parts_.end(), weaker));
+    }
+  }
 
   void split(const Part& p) {
     const int left = (p.width + 1) / 2;
@@ -139,7 +155,7 @@ std::vector<int> spread_evenly(std::span<const Corner> corners, const cv::Rect& 
     Tree tree(corners, area);
     tree.split_until(even);
     chosen = tree.strongest_of_each();
-    keep_strongest(corners, chosen, even);  // the last split may give up to three parts too many
+    keep_strongest(corners, chosen, even);  // more than that only where the first parts are already more
   }
   std::vector<std::uint8_t> taken(corners.size(), 0);
   for (const int i : chosen) taken[static_cast<std::size_t>(i)] = 1;
