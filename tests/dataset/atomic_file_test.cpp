@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
@@ -12,6 +11,7 @@
 
 #include <ipl_slam/error.hpp>
 
+#include "dataset/image_file.hpp"
 #include "dataset/temporary_folder.hpp"
 
 namespace ipl_slam {
@@ -144,7 +144,7 @@ TEST(AtomicImage, IsReadBackWithTheSamePixels) {
   cv::Mat depth(5, 7, CV_16UC1);
   for (int i = 0; i < 35; ++i) depth.at<std::uint16_t>(i / 7, i % 7) = static_cast<std::uint16_t>(1000 * i);
   write_image_atomically(folder / "depth.png", depth);
-  const cv::Mat back = cv::imread((folder / "depth.png").string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat back = load_image(folder / "depth.png").image;
   ASSERT_EQ(back.type(), CV_16UC1);
   EXPECT_EQ(cv::norm(depth, back, cv::NORM_INF), 0.0);
 }
