@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "common/progress.hpp"
 #include "dataset/synthetic/synthetic_source.hpp"
 #include "dataset/synthetic/write_sequence.hpp"
 #include "verbs.hpp"
@@ -37,9 +38,10 @@ void run_synth(SynthArguments& a) {
   a.write.made_by = command_of(a);
   const auto start = std::chrono::steady_clock::now();
   const SyntheticSource source(a.options);
-  // Progress goes here: one call per finished frame.
-  a.write.frame_done = [] {};
+  ProgressBar bar("rendering", source.size());
+  a.write.frame_done = [&bar] { bar.advance(); };
   write_sequence(source, a.folder, a.write);
+  bar.finish();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   fmt::print("{}: {} frames of {}x{} in {:.1f} s\n", a.folder, source.size(), a.options.width,
              a.options.height, took.count());
