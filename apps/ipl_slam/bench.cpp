@@ -1,12 +1,13 @@
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <ipl_slam/error.hpp>
 #include <memory>
 #include <numeric>
+
+#include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include <ipl_slam/error.hpp>
 
 #include "common/stopwatch.hpp"
 #include "dataset/tum_dataset.hpp"
@@ -22,17 +23,19 @@ struct Samples {
   std::vector<double> milliseconds;
 
   [[nodiscard]] double mean() const {
-    return std::accumulate(milliseconds.begin(), milliseconds.end(), 0.0) / static_cast<double>(milliseconds.size());
+    return std::accumulate(milliseconds.begin(), milliseconds.end(), 0.0) /
+           static_cast<double>(milliseconds.size());
   }
   [[nodiscard]] double median() const {
     std::vector<double> sorted = milliseconds;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
+                     sorted.end());
     return sorted[sorted.size() / 2];
   }
 };
 
-// Times tracking, grey image to pose, beside OpenCV's ORB on the same frames. The two take turns, so that whatever else
-// the machine does hits both alike.
+// Times tracking, grey image to pose, beside OpenCV's ORB on the same frames. The two take turns, so that
+// whatever else the machine does hits both alike.
 void bench_tracking(const SequenceOptions& options) {
   cv::setNumThreads(1);
   Config config = options.load_config();
@@ -66,7 +69,8 @@ void bench_tracking(const SequenceOptions& options) {
   if (orb.milliseconds.empty()) {
     throw UserError(fmt::format("{}: no frame could be read; see 'ipl_slam run'", options.folder.string()));
   }
-  fmt::print("{} frames, one thread, lockstep, mapping excluded; milliseconds per frame\n", orb.milliseconds.size());
+  fmt::print("{} frames, one thread, lockstep, mapping excluded; milliseconds per frame\n",
+             orb.milliseconds.size());
   for (const Samples* s : {&features, &tracking, &frame, &orb}) {
     fmt::print("  {:<28} mean {:7.3f}  median {:7.3f}\n", s->name, s->mean(), s->median());
   }
@@ -79,7 +83,8 @@ void bench_tracking(const SequenceOptions& options) {
 void add_bench_verb(CLI::App& app) {
   auto* verb = app.add_subcommand("bench", "Measure speed on a sequence");
   verb->require_subcommand(1);
-  auto* tracking = verb->add_subcommand("tracking", "Time per tracked frame, beside OpenCV's ORB on the same frames");
+  auto* tracking =
+      verb->add_subcommand("tracking", "Time per tracked frame, beside OpenCV's ORB on the same frames");
   auto options = std::make_shared<SequenceOptions>();
   options->add_to(*tracking);
   tracking->callback([options] { bench_tracking(*options); });

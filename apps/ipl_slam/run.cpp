@@ -1,8 +1,8 @@
+#include <memory>
+
 #include <fmt/format.h>
 
 #include <ipl_slam/error.hpp>
-#include <memory>
-#include <opencv2/core/utility.hpp>
 
 #include "common/atomic_file.hpp"
 #include "common/interrupt.hpp"
@@ -36,8 +36,8 @@ void prepare_output(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) {
-    throw UserError(fmt::format("{}: cannot create the output folder ({}); choose another with -o", folder.string(),
-                                error.message()));
+    throw UserError(fmt::format("{}: cannot create the output folder ({}); choose another with -o",
+                                folder.string(), error.message()));
   }
   const fs::path probe = folder / "summary.json";
   if (!fs::exists(probe)) {
@@ -65,8 +65,8 @@ SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_
 }
 
 // Compares with groundtruth.txt, if there is one, and draws both paths.
-std::optional<Evaluation> evaluate_run(const std::optional<fs::path>& ground_truth, const Trajectory& trajectory,
-                                       const RunOptions& options) {
+std::optional<Evaluation> evaluate_run(const std::optional<fs::path>& ground_truth,
+                                       const Trajectory& trajectory, const RunOptions& options) {
   if (!ground_truth) return std::nullopt;
   try {
     const Trajectory truth = read_trajectory(*ground_truth);
@@ -90,11 +90,11 @@ void run(const RunOptions& options) {
   const std::optional<fs::path> ground_truth = dataset->ground_truth();
   prepare_output(options.output);
   install_interrupt_handler();
-  cv::setNumThreads(config.schedule.threads);
 
   std::unique_ptr<RgbdSource> source = std::make_unique<PrefetchingSource>(std::move(dataset));
   if (options.realtime) {
-    source = std::make_unique<RealtimeSource>(std::move(source), static_cast<std::size_t>(config.schedule.frame_queue));
+    source = std::make_unique<RealtimeSource>(std::move(source),
+                                              static_cast<std::size_t>(config.schedule.frame_queue));
   }
   Pipeline pipeline(camera, config);
   const SequenceRun result = run_with_progress(*source, pipeline, options.sequence.max_frames);
@@ -107,8 +107,9 @@ void run(const RunOptions& options) {
   const RunSetting setting{options.sequence.folder.string(), options.sequence.preset, camera, config};
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
     write_image_atomically(options.output / "map.png", draw_map_view(map, trajectory));
-    write_file_atomically(options.output / "summary.json",
-                          run_summary(result, setting, map, evaluation ? &*evaluation : nullptr).dump(2) + "\n");
+    write_file_atomically(
+        options.output / "summary.json",
+        run_summary(result, setting, map, evaluation ? &*evaluation : nullptr).dump(2) + "\n");
     fmt::print("{}", run_text(result, map));
   });
   if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
@@ -124,8 +125,9 @@ void add_run_verb(CLI::App& app) {
   verb->add_option("-o,--output", options->output,
                    "Folder for trajectory.txt, keyframes.txt, summary.json, timings.csv and pictures")
       ->required();
-  verb->add_flag("--realtime", options->realtime,
-                 "Play at recorded speed with mapping on its own thread; late frames are dropped and counted");
+  verb->add_flag(
+      "--realtime", options->realtime,
+      "Play at recorded speed with mapping on its own thread; late frames are dropped and counted");
   verb->add_option("--threads", options->threads, "Threads inside a stage; does not change the result")
       ->check(CLI::Range(1, 64));
   verb->callback([options] { run(*options); });

@@ -2,9 +2,9 @@
 
 #include <CLI/CLI.hpp>
 
-// One function per verb of the command line, each in the file of its name. They add a subcommand with its options and
-// a callback that does the work; the callback throws UserError for what the user can mend and sets the process's exit
-// code through exit_code() where success and error are not the only outcomes.
+// One function per verb of the command line, each in the file of its name. They add a subcommand with its
+// options and a callback that does the work; the callback throws UserError for what the user can mend and
+// sets the process's exit code through exit_code() where success and error are not the only outcomes.
 namespace ipl_slam::cli {
 
 void add_run_verb(CLI::App& app);

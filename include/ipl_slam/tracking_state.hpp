@@ -6,7 +6,7 @@ namespace ipl_slam {
 enum class TrackingState {
   kInitializing,  ///< no map yet: no frame so far had enough features with depth
   kTracking,      ///< the pose of this frame was found
-  kLost,          ///< the map exists, but this frame could not be placed in it; its pose is the last one known
+  kLost,  ///< the map exists, but this frame could not be placed in it; its pose is the last one known
 };
 
 }  // namespace ipl_slam

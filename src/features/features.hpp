@@ -1,10 +1,11 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <bit>
 #include <cstdint>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace ipl_slam {
 
@@ -17,7 +18,8 @@ using Descriptor = std::array<std::uint64_t, 4>;
          std::popcount(a[3] ^ b[3]);
 }
 
-/// One ORB keypoint. Pixel coordinates are of the full-size image, whatever the pyramid level it was found on.
+/// One ORB keypoint. Pixel coordinates are of the full-size image, whatever the pyramid level it was found
+/// on.
 struct Keypoint {
   Eigen::Vector2f pixel = Eigen::Vector2f::Zero();        ///< as it lies in the image (distorted)
   Eigen::Vector2f undistorted = Eigen::Vector2f::Zero();  ///< with the lens distortion removed

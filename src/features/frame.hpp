@@ -7,8 +7,8 @@
 
 namespace ipl_slam {
 
-/// What is left of a camera frame once the feature stage has seen it. Never changes after it was made; the tracker and
-/// the map share it.
+/// What is left of a camera frame once the feature stage has seen it. Never changes after it was made; the
+/// tracker and the map share it.
 struct Frame {
   std::size_t index = 0;   ///< position in the source
   double timestamp = 0.0;  ///< seconds

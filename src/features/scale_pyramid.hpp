@@ -6,7 +6,8 @@
 
 namespace ipl_slam {
 
-/// The image pyramid as the later stages see it: how much a level is scaled down and what that does to the noise.
+/// The image pyramid as the later stages see it: how much a level is scaled down and what that does to the
+/// noise.
 class ScalePyramid {
  public:
   /// `levels` images, each `factor` times smaller than the one before.
@@ -19,7 +20,8 @@ class ScalePyramid {
   [[nodiscard]] double scale(int level) const { return scale_[level]; }
   /// Variance of a keypoint's position in full-size pixels^2, with one pixel of noise on its own level.
   [[nodiscard]] double sigma2(int level) const { return scale_[level] * scale_[level]; }
-  /// Level on which a patch shows at the same size as at distance `max_distance` on level 0, seen from `distance`.
+  /// Level on which a patch shows at the same size as at distance `max_distance` on level 0, seen from
+  /// `distance`.
   [[nodiscard]] int predict_level(double max_distance, double distance) const {
     const int level = static_cast<int>(std::ceil(std::log(max_distance / distance) / std::log(factor_)));
     return std::clamp(level, 0, levels() - 1);

@@ -51,8 +51,8 @@ const LocalKeyframe* LocalMap::find_keyframe(KeyframeId id) const {
 }
 
 int LocalMap::find_point(PointId id) const {
-  const auto at =
-      std::lower_bound(points.begin(), points.end(), id, [](const LocalPoint& p, PointId i) { return p.id < i; });
+  const auto at = std::lower_bound(points.begin(), points.end(), id,
+                                   [](const LocalPoint& p, PointId i) { return p.id < i; });
   return at != points.end() && at->id == id ? static_cast<int>(at - points.begin()) : -1;
 }
 

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "common/options.hpp"
 #include "map/map.hpp"
@@ -16,10 +17,13 @@ struct LocalMapOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("max_keyframes", max_keyframes, {2, 1000, "count", "keyframes whose points the tracker searches for"});
-    v.number("neighbours", neighbours, {0, 100, "count", "best covisible keyframes whose own neighbours are added"});
+    v.number("max_keyframes", max_keyframes,
+             {2, 1000, "count", "keyframes whose points the tracker searches for"});
+    v.number("neighbours", neighbours,
+             {0, 100, "count", "best covisible keyframes whose own neighbours are added"});
     v.number("nearby_distance", nearby_distance,
-             {0.0, 100.0, "m", "keyframes this near that look the same way are added even if they share no point"});
+             {0.0, 100.0, "m",
+              "keyframes this near that look the same way are added even if they share no point"});
   }
 };
 
@@ -30,7 +34,7 @@ struct LocalPoint {
   Eigen::Vector3d normal;             ///< mean viewing direction, unit
   double min_distance, max_distance;  ///< m
   Descriptor descriptor;
-  int observations;                   ///< keyframes that see it
+  int observations;  ///< keyframes that see it
 };
 
 /// What the tracker needs to know of a keyframe.
@@ -41,8 +45,8 @@ struct LocalKeyframe {
   std::vector<std::uint32_t> points;  ///< indices into LocalMap::points of the points it sees
 };
 
-/// Immutable copy of the part of the map around the newest keyframe. The mapper publishes one after each keyframe; the
-/// tracker reads it while the mapper goes on changing the map.
+/// Immutable copy of the part of the map around the newest keyframe. The mapper publishes one after each
+/// keyframe; the tracker reads it while the mapper goes on changing the map.
 struct LocalMap {
   std::vector<LocalKeyframe> keyframes;  ///< in order of id; the last is the newest of the map
   std::vector<LocalPoint> points;        ///< in order of id
@@ -53,8 +57,8 @@ struct LocalMap {
   [[nodiscard]] int find_point(PointId id) const;
 };
 
-/// The keyframes that share points with `centre`, the best of these keyframes' own neighbours, the keyframes nearby,
-/// and all points they see.
+/// The keyframes that share points with `centre`, the best of these keyframes' own neighbours, the keyframes
+/// nearby, and all points they see.
 [[nodiscard]] LocalMap build_local_map(const Map& map, KeyframeId centre, const LocalMapOptions& options);
 
 }  // namespace ipl_slam

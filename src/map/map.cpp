@@ -5,7 +5,8 @@
 namespace ipl_slam {
 namespace {
 
-// Index of the descriptor whose median distance to the others is least: the one that stands for the point best.
+// Index of the descriptor whose median distance to the others is least: the one that stands for the point
+// best.
 std::size_t most_typical(const std::vector<Descriptor>& descriptors) {
   const std::size_t n = descriptors.size();
   std::size_t best = 0;
@@ -57,7 +58,8 @@ PointId Map::add_point(const Eigen::Vector3d& position_w, KeyframeId keyframe, s
 }
 
 void Map::remove_point(PointId id) {
-  for (const PointObservation& o : points_[id].observations) keyframes_[o.keyframe].points[o.keypoint] = PointId{};
+  for (const PointObservation& o : points_[id].observations)
+    keyframes_[o.keyframe].points[o.keypoint] = PointId{};
   points_.erase(id);
   became_[id.value] = PointId{};
 }

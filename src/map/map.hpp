@@ -1,8 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "common/ids.hpp"
 #include "features/frame.hpp"
@@ -33,9 +34,10 @@ struct Point {
   int found = 1;                                       ///< frames that did
   std::vector<PointObservation> observations;          ///< in order of keyframe
 
-  Descriptor descriptor{};                           ///< the observed one with the least median distance to the others
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< mean viewing direction, unit, from the cameras to the point
-  double min_distance = 0.0, max_distance = 0.0;     ///< from where the pyramid can show it, m
+  Descriptor descriptor{};  ///< the observed one with the least median distance to the others
+  Eigen::Vector3d normal =
+      Eigen::Vector3d::Zero();  ///< mean viewing direction, unit, from the cameras to the point
+  double min_distance = 0.0, max_distance = 0.0;  ///< from where the pyramid can show it, m
 };
 
 /// A keyframe and how many points another one shares with it.
@@ -44,14 +46,16 @@ struct Covisible {
   int shared = 0;
 };
 
-/// The map: keyframes and point landmarks under ids. It belongs to one thread (the mapper's); trackers read LocalMap
-/// snapshots. Every change goes through the methods below, which keep the two directions of an observation together.
+/// The map: keyframes and point landmarks under ids. It belongs to one thread (the mapper's); trackers read
+/// LocalMap snapshots. Every change goes through the methods below, which keep the two directions of an
+/// observation together.
 class Map {
  public:
   explicit Map(const ScalePyramid& pyramid) : pyramid_(pyramid) {}
 
   KeyframeId add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw);
-  /// Takes a keyframe out. Its pose stays known relative to `parent`, the keyframe that shares most points with it.
+  /// Takes a keyframe out. Its pose stays known relative to `parent`, the keyframe that shares most points
+  /// with it.
   void remove_keyframe(KeyframeId id);
   void set_pose(KeyframeId id, const SE3& T_cw) { keyframes_[id].T_cw = T_cw; }
 
@@ -65,7 +69,8 @@ class Map {
   void add_observation(PointId id, KeyframeId keyframe, std::uint32_t keypoint);
   /// Removes the point as well when it was the last observation.
   void remove_observation(PointId id, KeyframeId keyframe);
-  /// Makes two points one: `gone` disappears, its observations go to `kept`, and resolve(gone) is `kept` from now on.
+  /// Makes two points one: `gone` disappears, its observations go to `kept`, and resolve(gone) is `kept` from
+  /// now on.
   void fuse(PointId kept, PointId gone);
   /// Recomputes descriptor, normal and distance range from the observations.
   void refresh(PointId id);

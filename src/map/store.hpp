@@ -9,8 +9,9 @@
 
 namespace ipl_slam {
 
-/// Flat store of records under strong ids. Ids count up and are never used again, so they order records by age and an
-/// old id can never mean a new record. The memory of erased records is used again: what stays of them is four bytes.
+/// Flat store of records under strong ids. Ids count up and are never used again, so they order records by
+/// age and an old id can never mean a new record. The memory of erased records is used again: what stays of
+/// them is four bytes.
 template <class IdType, class Record>
 class Store {
  public:

@@ -17,12 +17,14 @@ struct CullingOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.number("min_found_ratio", min_found_ratio,
-             {0.0, 1.0, "ratio", "a new landmark goes when it is found in fewer of the frames that should see it"});
+             {0.0, 1.0, "ratio",
+              "a new landmark goes when it is found in fewer of the frames that should see it"});
     v.number("probation", probation, {1, 100, "keyframes", "how long a landmark counts as new"});
     v.number("min_observations", min_observations,
              {1, 100, "count", "keyframes that must see a landmark when its probation ends"});
     v.number("redundant_share", redundant_share,
-             {0.5, 1.01, "ratio", "a keyframe goes when this share of its landmarks is seen well by others; above 1 = never"});
+             {0.5, 1.01, "ratio",
+              "a keyframe goes when this share of its landmarks is seen well by others; above 1 = never"});
     v.number("redundant_observers", redundant_observers, {1, 100, "count", "how many others that takes"});
   }
 };
@@ -41,8 +43,8 @@ class LandmarkCulling {
   std::vector<PointId> recent_;
 };
 
-/// Removes keyframes around `centre` that show nothing the others do not show as well at the same or a finer scale.
-/// Never the first keyframe, which holds the world frame, nor the newest.
+/// Removes keyframes around `centre` that show nothing the others do not show as well at the same or a finer
+/// scale. Never the first keyframe, which holds the world frame, nor the newest.
 void cull_keyframes(Map& map, KeyframeId centre, const CullingOptions& options);
 
 }  // namespace ipl_slam

@@ -9,7 +9,8 @@ int confirmed_points(const LocalMap& map, KeyframeId reference) {
   const LocalKeyframe* keyframe = map.find_keyframe(reference);
   if (!keyframe) return 0;
   int count = 0;
-  for (const std::uint32_t point : keyframe->points) count += map.points[point].observations >= needed ? 1 : 0;
+  for (const std::uint32_t point : keyframe->points)
+    count += map.points[point].observations >= needed ? 1 : 0;
   return count;
 }
 

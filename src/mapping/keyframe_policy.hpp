@@ -18,10 +18,13 @@ struct KeyframePolicyOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("max_interval", max_interval, {1, 10000, "frames", "a keyframe is due at the latest after this many"});
-    v.number("min_interval", min_interval, {0, 10000, "frames", "no keyframe sooner than this after the last"});
-    v.number("min_shared", min_shared,
-             {0.0, 1.0, "ratio", "a keyframe is due when fewer of the reference keyframe's landmarks are seen"});
+    v.number("max_interval", max_interval,
+             {1, 10000, "frames", "a keyframe is due at the latest after this many"});
+    v.number("min_interval", min_interval,
+             {0, 10000, "frames", "no keyframe sooner than this after the last"});
+    v.number(
+        "min_shared", min_shared,
+        {0.0, 1.0, "ratio", "a keyframe is due when fewer of the reference keyframe's landmarks are seen"});
     v.number("min_close_tracked", min_close_tracked,
              {0, 10000, "count", "a keyframe is due when fewer close landmarks are seen than this ..."});
     v.number("max_close_untracked", max_close_untracked,
@@ -30,13 +33,14 @@ struct KeyframePolicyOptions {
   }
 };
 
-/// Decides which tracked frames become keyframes (the criteria of Mur-Artal and Tardos, "ORB-SLAM2", T-RO 2017, V-B).
+/// Decides which tracked frames become keyframes (the criteria of Mur-Artal and Tardos, "ORB-SLAM2", T-RO
+/// 2017, V-B).
 class KeyframePolicy {
  public:
   explicit KeyframePolicy(const KeyframePolicyOptions& options) : options_(options) {}
 
-  /// `mapper_idle` is false while the mapper still works on an earlier keyframe: then only a frame that is about to
-  /// lose the map becomes one. Remembers the frames it said yes to.
+  /// `mapper_idle` is false while the mapper still works on an earlier keyframe: then only a frame that is
+  /// about to lose the map becomes one. Remembers the frames it said yes to.
   [[nodiscard]] bool wants(const TrackedFrame& tracked, const LocalMap& map, bool mapper_idle);
   /// The frame that started the map.
   void started_with(std::size_t frame_index) { last_keyframe_ = frame_index; }

@@ -28,7 +28,8 @@ void LandmarkFusion::fuse_around(Map& map, KeyframeId id) const {
   for (std::size_t i = 0; i < first.size() && i < static_cast<std::size_t>(options_.neighbours); ++i) {
     neighbours.insert(first[i].keyframe);
     const std::vector<Covisible> second = map.covisible(first[i].keyframe);
-    for (std::size_t j = 0; j < second.size() && j < static_cast<std::size_t>(options_.second_neighbours); ++j) {
+    for (std::size_t j = 0; j < second.size() && j < static_cast<std::size_t>(options_.second_neighbours);
+         ++j) {
       neighbours.insert(second[j].keyframe);
     }
   }
@@ -65,7 +66,8 @@ void LandmarkFusion::fuse_into(Map& map, KeyframeId target, std::span<const Poin
       map.add_observation(point, target, keypoint);
       map.refresh(point);
     } else if (there != point) {
-      const bool keep_there = map.points()[there].observations.size() > map.points()[point].observations.size();
+      const bool keep_there =
+          map.points()[there].observations.size() > map.points()[point].observations.size();
       keep_there ? map.fuse(there, point) : map.fuse(point, there);
     }
   }

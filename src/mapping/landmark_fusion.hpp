@@ -18,8 +18,10 @@ struct LandmarkFusionOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("neighbours", neighbours, {0, 100, "count", "covisible keyframes a new keyframe shares its landmarks with"});
-    v.number("second_neighbours", second_neighbours, {0, 100, "count", "best neighbours of each of these that join in"});
+    v.number("neighbours", neighbours,
+             {0, 100, "count", "covisible keyframes a new keyframe shares its landmarks with"});
+    v.number("second_neighbours", second_neighbours,
+             {0, 100, "count", "best neighbours of each of these that join in"});
     v.number("radius", radius, {0.5, 20.0, "px", "search window around a landmark, at pyramid level 0"});
     v.section("match", match, "descriptor match of landmark and keypoint");
   }
@@ -34,8 +36,8 @@ class LandmarkFusion {
 
   /// Exchanges landmarks between a keyframe and its neighbours, both ways.
   void fuse_around(Map& map, KeyframeId id) const;
-  /// Projects landmarks into a keyframe. Where one falls on a fitting keypoint that sees another landmark, the two
-  /// become one; where the keypoint is free it observes the landmark from now on.
+  /// Projects landmarks into a keyframe. Where one falls on a fitting keypoint that sees another landmark,
+  /// the two become one; where the keypoint is free it observes the landmark from now on.
   void fuse_into(Map& map, KeyframeId target, std::span<const PointId> candidates) const;
 
  private:

@@ -7,10 +7,12 @@
 namespace ipl_slam {
 namespace {
 
-std::set<KeyframeId> choose_free_keyframes(const Map& map, KeyframeId centre, const LocalBundleOptions& options) {
+std::set<KeyframeId> choose_free_keyframes(const Map& map, KeyframeId centre,
+                                           const LocalBundleOptions& options) {
   std::set<KeyframeId> chosen{centre};
   for (const Covisible& neighbour : map.covisible(centre)) {
-    if (neighbour.shared < options.min_shared || static_cast<int>(chosen.size()) >= options.max_keyframes) break;
+    if (neighbour.shared < options.min_shared || static_cast<int>(chosen.size()) >= options.max_keyframes)
+      break;
     chosen.insert(neighbour.keyframe);
   }
   return chosen;

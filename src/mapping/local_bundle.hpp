@@ -2,8 +2,8 @@
 
 #include <atomic>
 
-#include "mapping/bundle_adjustment.hpp"
 #include "map/map.hpp"
+#include "mapping/bundle_adjustment.hpp"
 
 namespace ipl_slam {
 
@@ -18,13 +18,14 @@ struct LocalBundleOptions {
     v.number("max_keyframes", max_keyframes, {1, 1000, "count", "keyframes whose poses are optimised"});
     v.number("max_fixed_keyframes", max_fixed_keyframes,
              {0, 1000, "count", "further keyframes that hold the window in place"});
-    v.number("min_shared", min_shared, {1, 1000, "count", "landmarks a keyframe must share to be optimised along"});
+    v.number("min_shared", min_shared,
+             {1, 1000, "count", "landmarks a keyframe must share to be optimised along"});
     v.section("solver", solver, "bundle adjustment");
   }
 };
 
-/// Optimises the newest keyframe, those that share most landmarks with it, and the landmarks they see; keyframes outside
-/// that also see them stay fixed. Observations that end as outliers leave the map.
+/// Optimises the newest keyframe, those that share most landmarks with it, and the landmarks they see;
+/// keyframes outside that also see them stay fixed. Observations that end as outliers leave the map.
 void adjust_local_bundle(Map& map, KeyframeId centre, const Camera& camera, const DepthNoiseOptions& noise,
                          const LocalBundleOptions& options, const std::atomic<bool>* abort);
 

@@ -29,7 +29,8 @@ std::shared_ptr<const LocalMap> LocalMapper::process(const KeyframeCandidate& ca
 }
 
 KeyframeId LocalMapper::insert(const TrackedFrame& tracked) {
-  // The map may have moved since the frame was tracked; its place next to the reference keyframe is still true.
+  // The map may have moved since the frame was tracked; its place next to the reference keyframe is still
+  // true.
   const SE3 T_cw =
       tracked.reference.valid() ? tracked.T_c_reference * map_.pose_of(tracked.reference) : tracked.T_cw;
   const KeyframeId id = map_.add_keyframe(tracked.frame, T_cw);

@@ -4,10 +4,10 @@
 #include <memory>
 
 #include "common/options.hpp"
+#include "map/local_map.hpp"
 #include "mapping/culling.hpp"
 #include "mapping/landmark_fusion.hpp"
 #include "mapping/local_bundle.hpp"
-#include "map/local_map.hpp"
 #include "tracking/tracked_frame.hpp"
 
 namespace ipl_slam {
@@ -21,7 +21,8 @@ struct MappingOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("landmark_depth", landmark_depth, {0.1, 100.0, "m", "keypoints nearer than this become landmarks"});
+    v.number("landmark_depth", landmark_depth,
+             {0.1, 100.0, "m", "keypoints nearer than this become landmarks"});
     v.section("fusion", fusion, "joining of landmarks that are the same");
     v.section("culling", culling, "removal of bad landmarks and redundant keyframes");
     v.section("bundle", bundle, "local bundle adjustment");
@@ -35,8 +36,8 @@ class LocalMapper {
   LocalMapper(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
               const MappingOptions& options);
 
-  /// Adds a keyframe and returns the local map around it. The first one starts the map at its own pose. Bundle
-  /// adjustment ends early when `abort`, if not null, is raised.
+  /// Adds a keyframe and returns the local map around it. The first one starts the map at its own pose.
+  /// Bundle adjustment ends early when `abort`, if not null, is raised.
   [[nodiscard]] std::shared_ptr<const LocalMap> process(const KeyframeCandidate& candidate,
                                                         const std::atomic<bool>* abort = nullptr);
 

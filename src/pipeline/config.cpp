@@ -6,14 +6,16 @@
 
 namespace ipl_slam {
 
-std::vector<std::string> preset_names() { return {"default", "paper"}; }
+std::vector<std::string> preset_names() {
+  return {"default", "paper"};
+}
 
 Config preset(std::string_view name) {
   Config config;
   if (name == "default") return config;
   if (name == "paper") {
-    // ORB-SLAM2's virtual stereo camera (baseline x focal length = 40 pixel metres): a pixel of disparity noise is
-    // this much noise in inverse depth.
+    // ORB-SLAM2's virtual stereo camera (baseline x focal length = 40 pixel metres): a pixel of disparity
+    // noise is this much noise in inverse depth.
     config.depth.inverse_depth_sigma = 1.0 / 40.0;
     return config;
   }

@@ -22,11 +22,15 @@ struct ScheduleOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice("mode", mode, {"lockstep", "realtime"},
-             "lockstep: stages in fixed order, same input gives the same bytes; realtime: mapping on its own thread");
-    v.number("threads", threads, {1, 64, "count", "threads inside a stage; the result does not depend on it"});
-    v.number("frame_queue", frame_queue, {1, 1000, "frames", "realtime: frames that may wait before the oldest is dropped"});
+             "lockstep: stages in fixed order, same input gives the same bytes; realtime: mapping on its own "
+             "thread");
+    v.number("threads", threads,
+             {1, 64, "count", "threads inside a stage; the result does not depend on it"});
+    v.number("frame_queue", frame_queue,
+             {1, 1000, "frames", "realtime: frames that may wait before the oldest is dropped"});
     v.number("keyframe_queue", keyframe_queue,
-             {1, 1000, "keyframes", "realtime: keyframes that may wait for the mapper; no new one is made while it is full"});
+             {1, 1000, "keyframes",
+              "realtime: keyframes that may wait for the mapper; no new one is made while it is full"});
   }
 };
 
@@ -50,8 +54,8 @@ struct Config {
   }
 };
 
-/// The named presets: "default", every choice as it measured best, and "paper", as the IPL-SLAM paper and ORB-SLAM2,
-/// which it builds on, have it. Throws UserError for any other name.
+/// The named presets: "default", every choice as it measured best, and "paper", as the IPL-SLAM paper and
+/// ORB-SLAM2, which it builds on, have it. Throws UserError for any other name.
 [[nodiscard]] Config preset(std::string_view name);
 [[nodiscard]] std::vector<std::string> preset_names();
 

@@ -1,11 +1,11 @@
 #include "pipeline/map_view.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
 #include <vector>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 namespace ipl_slam {
 namespace {
@@ -67,14 +67,16 @@ void draw_grid(cv::Mat& image, const Projection& project) {
   for (double v = std::ceil((c.y - half) / step) * step; v < c.y + half; v += step) {
     const int y = project(0.0, v).y;
     cv::line(image, {0, y}, {kSize, y}, kGrid);
-    cv::putText(image, fmt::format("{:g} m", v), {4, y - 3}, cv::FONT_HERSHEY_SIMPLEX, 0.4, kText, 1, cv::LINE_AA);
+    cv::putText(image, fmt::format("{:g} m", v), {4, y - 3}, cv::FONT_HERSHEY_SIMPLEX, 0.4, kText, 1,
+                cv::LINE_AA);
   }
 }
 
 void draw_keyframe(cv::Mat& image, const Projection& project, const SE3& T_wc) {
   const double size = project.metres(9);
   std::vector<cv::Point> triangle;
-  for (const Eigen::Vector3d& corner : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(-0.6, 0, 1), Eigen::Vector3d(0.6, 0, 1)}) {
+  for (const Eigen::Vector3d& corner :
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(-0.6, 0, 1), Eigen::Vector3d(0.6, 0, 1)}) {
     const Eigen::Vector3d p = T_wc * Eigen::Vector3d(size * corner);
     triangle.push_back(project(p.x(), p.z()));
   }
@@ -97,9 +99,10 @@ cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
   }
   map.keyframes().for_each(
       [&](KeyframeId, const Keyframe& keyframe) { draw_keyframe(image, project, keyframe.T_cw.inverse()); });
-  cv::putText(image,
-              fmt::format("{} landmarks, {} keyframes, seen from above", map.points().size(), map.keyframes().size()),
-              {kMargin, 24}, cv::FONT_HERSHEY_SIMPLEX, 0.55, cv::Scalar::all(40), 1, cv::LINE_AA);
+  cv::putText(
+      image,
+      fmt::format("{} landmarks, {} keyframes, seen from above", map.points().size(), map.keyframes().size()),
+      {kMargin, 24}, cv::FONT_HERSHEY_SIMPLEX, 0.55, cv::Scalar::all(40), 1, cv::LINE_AA);
   return image;
 }
 

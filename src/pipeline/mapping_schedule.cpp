@@ -40,7 +40,10 @@ class LockstepMapping final : public MappingSchedule {
 class RealtimeMapping final : public MappingSchedule {
  public:
   RealtimeMapping(LocalMapper mapper, std::size_t queue_size)
-      : mapper_(std::move(mapper)), queue_size_(queue_size), queue_(queue_size), thread_([this] { work(); }) {}
+      : mapper_(std::move(mapper)),
+        queue_size_(queue_size),
+        queue_(queue_size),
+        thread_([this] { work(); }) {}
 
   ~RealtimeMapping() override {
     abort_bundle_ = true;
@@ -106,7 +109,7 @@ class RealtimeMapping final : public MappingSchedule {
     }
   }
 
-  LocalMapper mapper_;             // guarded by map_mutex_
+  LocalMapper mapper_;              // guarded by map_mutex_
   std::vector<MappingTime> times_;  // guarded by map_mutex_
   mutable std::mutex map_mutex_;
 

@@ -38,6 +38,7 @@ class MappingSchedule {
 /// The mapper runs inside submit(): fixed order, repeatable results.
 [[nodiscard]] std::unique_ptr<MappingSchedule> make_lockstep_mapping(LocalMapper mapper);
 /// The mapper runs on its own thread behind a bounded queue; a waiting keyframe cuts bundle adjustment short.
-[[nodiscard]] std::unique_ptr<MappingSchedule> make_realtime_mapping(LocalMapper mapper, std::size_t queue_size);
+[[nodiscard]] std::unique_ptr<MappingSchedule> make_realtime_mapping(LocalMapper mapper,
+                                                                     std::size_t queue_size);
 
 }  // namespace ipl_slam

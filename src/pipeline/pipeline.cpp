@@ -1,22 +1,25 @@
 #include "pipeline/pipeline.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+
+#include <fmt/format.h>
 
 #include "common/stopwatch.hpp"
 
 namespace ipl_slam {
 namespace {
 
-ScalePyramid pyramid_of(const Config& config) { return {config.orb.levels, config.orb.scale_factor}; }
+ScalePyramid pyramid_of(const Config& config) {
+  return {config.orb.levels, config.orb.scale_factor};
+}
 
 std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config& config) {
   LocalMapper mapper(camera, pyramid_of(config), config.depth, config.mapping);
   return config.schedule.mode == "realtime"
-             ? make_realtime_mapping(std::move(mapper), static_cast<std::size_t>(config.schedule.keyframe_queue))
+             ? make_realtime_mapping(std::move(mapper),
+                                     static_cast<std::size_t>(config.schedule.keyframe_queue))
              : make_lockstep_mapping(std::move(mapper));
 }
 
@@ -33,16 +36,16 @@ Pipeline::Pipeline(const Camera& camera, const Config& config)
 
 FrameResult Pipeline::process(const RgbdFrame& image) {
   if (!std::isfinite(image.timestamp) || image.timestamp <= last_timestamp_) {
-    throw std::invalid_argument(
-        fmt::format("frame at {:.6f} s does not come after the one at {:.6f} s", image.timestamp, last_timestamp_));
+    throw std::invalid_argument(fmt::format("frame at {:.6f} s does not come after the one at {:.6f} s",
+                                            image.timestamp, last_timestamp_));
   }
   FrameResult result;
   Stopwatch stopwatch;
 
   Features features = extractor_.extract(image.color, image.depth);
   FeatureGrid grid(features);
-  const auto frame =
-      std::make_shared<const Frame>(Frame{image.index, image.timestamp, std::move(features), std::move(grid)});
+  const auto frame = std::make_shared<const Frame>(
+      Frame{image.index, image.timestamp, std::move(features), std::move(grid)});
   last_timestamp_ = image.timestamp;
   result.times.features = stopwatch.restart();
 

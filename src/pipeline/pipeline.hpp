@@ -30,8 +30,8 @@ struct FrameResult {
   FrameTimes times;
 };
 
-/// The whole system: frames in, poses and map out. The order of the stages is that of process(); which thread the mapper
-/// runs on is the business of its schedule.
+/// The whole system: frames in, poses and map out. The order of the stages is that of process(); which thread
+/// the mapper runs on is the business of its schedule.
 class Pipeline {
  public:
   Pipeline(const Camera& camera, const Config& config);

@@ -11,8 +11,8 @@
 
 namespace ipl_slam {
 
-/// Plays another source at the speed it was recorded: each item comes when its timestamp says. Where the reader is late
-/// the oldest waiting frame is dropped; next() reports it as skipped with the reason kLate.
+/// Plays another source at the speed it was recorded: each item comes when its timestamp says. Where the
+/// reader is late the oldest waiting frame is dropped; next() reports it as skipped with the reason kLate.
 class RealtimeSource : public RgbdSource {
  public:
   static constexpr const char* kLate = "dropped, tracking was late";
@@ -32,7 +32,7 @@ class RealtimeSource : public RgbdSource {
   BoundedQueue<SourceItem> queue_;
   std::mutex mutex_;
   std::condition_variable stopped_;
-  bool stop_ = false;                // guarded by mutex_
+  bool stop_ = false;               // guarded by mutex_
   std::deque<SourceItem> dropped_;  // guarded by mutex_
   std::thread thread_;
 };

@@ -1,12 +1,13 @@
 #include "pipeline/run_report.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <ipl_slam/version.hpp>
 #include <map>
 #include <numeric>
+
+#include <fmt/format.h>
+
+#include <ipl_slam/version.hpp>
 
 #include "common/process_info.hpp"
 
@@ -25,12 +26,9 @@ Json distribution(std::vector<double> values) {
   if (values.empty()) return nullptr;
   std::sort(values.begin(), values.end());
   const double sum = std::accumulate(values.begin(), values.end(), 0.0);
-  return {{"count", values.size()},
-          {"mean", sum / static_cast<double>(values.size())},
-          {"p50", percentile(values, 0.5)},
-          {"p90", percentile(values, 0.9)},
-          {"p99", percentile(values, 0.99)},
-          {"max", values.back()}};
+  return {{"count", values.size()},          {"mean", sum / static_cast<double>(values.size())},
+          {"p50", percentile(values, 0.5)},  {"p90", percentile(values, 0.9)},
+          {"p99", percentile(values, 0.99)}, {"max", values.back()}};
 }
 
 template <class Get>
@@ -46,10 +44,11 @@ Json timing_json(const SequenceRun& run) {
   return {{"load", stage_times(run, [](const FrameRecord& f) { return f.load; })},
           {"features", stage_times(run, [](const FrameRecord& f) { return f.result.times.features; })},
           {"tracking", stage_times(run, [](const FrameRecord& f) { return f.result.times.tracking; })},
-          {"frame", stage_times(run, [](const FrameRecord& f) {
-             return f.result.times.features + f.result.times.tracking;
-           })},
-          {"mapping", stage_times(run, [](const FrameRecord& f) { return f.mapping; }, true)}};
+          {"frame",
+           stage_times(
+               run, [](const FrameRecord& f) { return f.result.times.features + f.result.times.tracking; })},
+          {"mapping", stage_times(
+                          run, [](const FrameRecord& f) { return f.mapping; }, true)}};
 }
 
 std::map<std::string, std::size_t> skips_by_reason(const SequenceRun& run) {
@@ -67,9 +66,18 @@ Json skips_json(const SequenceRun& run) {
 }
 
 Json camera_json(const Camera& c) {
-  return {{"name", c.name}, {"width", c.width}, {"height", c.height}, {"fx", c.fx},
-          {"fy", c.fy},     {"cx", c.cx},       {"cy", c.cy},         {"k1", c.k1},
-          {"k2", c.k2},     {"p1", c.p1},       {"p2", c.p2},         {"k3", c.k3},
+  return {{"name", c.name},
+          {"width", c.width},
+          {"height", c.height},
+          {"fx", c.fx},
+          {"fy", c.fy},
+          {"cx", c.cx},
+          {"cy", c.cy},
+          {"k1", c.k1},
+          {"k2", c.k2},
+          {"p1", c.p1},
+          {"p2", c.p2},
+          {"k3", c.k3},
           {"depth_scale", c.depth_scale}};
 }
 
@@ -81,14 +89,18 @@ double frames_per_second(const SequenceRun& run) {
 
 const char* to_string(TrackingState state) {
   switch (state) {
-    case TrackingState::kInitializing: return "initializing";
-    case TrackingState::kTracking: return "tracking";
-    case TrackingState::kLost: return "lost";
+    case TrackingState::kInitializing:
+      return "initializing";
+    case TrackingState::kTracking:
+      return "tracking";
+    case TrackingState::kLost:
+      return "lost";
   }
   return "?";
 }
 
-Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& map, const Evaluation* evaluation) {
+Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& map,
+                 const Evaluation* evaluation) {
   Config config = setting.config;
   return {{"version", kVersion},
           {"sequence", setting.sequence},
@@ -116,8 +128,9 @@ std::string timings_csv(const SequenceRun& run) {
       "frame,timestamp,state,keypoints,inliers,keyframe,load_ms,features_ms,tracking_ms,mapping_ms\n";
   for (const FrameRecord& f : run.frames) {
     csv += fmt::format("{},{:.6f},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f}\n", f.index, f.timestamp,
-                       to_string(f.result.state), f.result.keypoints, f.result.inliers, f.result.keyframe ? 1 : 0,
-                       f.load, f.result.times.features, f.result.times.tracking, f.mapping);
+                       to_string(f.result.state), f.result.keypoints, f.result.inliers,
+                       f.result.keyframe ? 1 : 0, f.load, f.result.times.features, f.result.times.tracking,
+                       f.mapping);
   }
   return csv;
 }

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
+
+#include <nlohmann/json.hpp>
 
 #include "evaluation/report.hpp"
 #include "pipeline/sequence_run.hpp"
@@ -17,8 +18,8 @@ struct RunSetting {
 };
 
 /// The content of summary.json (docs/formats.md).
-[[nodiscard]] nlohmann::ordered_json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& map,
-                                                 const Evaluation* evaluation);
+[[nodiscard]] nlohmann::ordered_json run_summary(const SequenceRun& run, const RunSetting& setting,
+                                                 const Map& map, const Evaluation* evaluation);
 /// The content of timings.csv: one line per processed frame, times in milliseconds.
 [[nodiscard]] std::string timings_csv(const SequenceRun& run);
 /// The same summary in a few lines for the terminal.

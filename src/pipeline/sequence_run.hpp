@@ -37,7 +37,8 @@ struct SequenceRun {
 
 /// Feeds a source to the pipeline until its end, or until stop() says true, and waits for the mapper.
 /// `progress` is called after each item.
-[[nodiscard]] SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const std::function<bool()>& stop,
+[[nodiscard]] SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline,
+                                       const std::function<bool()>& stop,
                                        const std::function<void(const SequenceRun&)>& progress);
 
 }  // namespace ipl_slam

@@ -1,10 +1,10 @@
-#include <ipl_slam/slam.hpp>
+#include <algorithm>
+#include <stdexcept>
 
 #include <fmt/format.h>
-
-#include <algorithm>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
+
+#include <ipl_slam/slam.hpp>
 
 #include "dataset/camera_config.hpp"
 #include "pipeline/pipeline.hpp"
@@ -13,7 +13,8 @@ namespace ipl_slam {
 namespace {
 
 Camera to_camera(const CameraParameters& p) {
-  Camera camera{"custom", p.width, p.height, p.fx, p.fy, p.cx, p.cy, p.k1, p.k2, p.p1, p.p2, p.k3, p.depth_scale};
+  Camera camera{"custom", p.width, p.height, p.fx, p.fy, p.cx,         p.cy,
+                p.k1,     p.k2,    p.p1,     p.p2, p.k3, p.depth_scale};
   camera.check();
   return camera;
 }
@@ -37,9 +38,12 @@ std::vector<TimedPose> to_poses(const Trajectory& trajectory) {
 int matrix_type(PixelFormat format) {
   switch (format) {
     case PixelFormat::kBgr8:
-    case PixelFormat::kRgb8: return CV_8UC3;
-    case PixelFormat::kGray8: return CV_8UC1;
-    case PixelFormat::kDepth16: return CV_16UC1;
+    case PixelFormat::kRgb8:
+      return CV_8UC3;
+    case PixelFormat::kGray8:
+      return CV_8UC1;
+    case PixelFormat::kDepth16:
+      return CV_16UC1;
   }
   throw std::invalid_argument("unknown pixel format");
 }
@@ -52,8 +56,8 @@ cv::Mat wrap(const ImageView& view, const char* what) {
   const int type = matrix_type(view.format);
   const std::size_t row = static_cast<std::size_t>(view.width) * CV_ELEM_SIZE(type);
   if (view.stride_bytes != 0 && view.stride_bytes < row) {
-    throw std::invalid_argument(
-        fmt::format("the {} image's stride of {} bytes is less than a row of {}", what, view.stride_bytes, row));
+    throw std::invalid_argument(fmt::format("the {} image's stride of {} bytes is less than a row of {}",
+                                            what, view.stride_bytes, row));
   }
   // OpenCV wants a pointer it could write through; the pipeline only reads.
   return {view.height, view.width, type, const_cast<void*>(view.data),
@@ -83,7 +87,8 @@ CameraParameters CameraParameters::load(const std::filesystem::path& file) {
 
 class Slam::Impl {
  public:
-  Impl(const CameraParameters& camera, const SlamOptions& options) : pipeline(to_camera(camera), load_config(options)) {}
+  Impl(const CameraParameters& camera, const SlamOptions& options)
+      : pipeline(to_camera(camera), load_config(options)) {}
 
   Pipeline pipeline;
   std::size_t frames = 0;
@@ -99,8 +104,10 @@ TrackingResult Slam::process(const ImageView& color, const ImageView& depth, dou
   RgbdFrame frame;
   frame.index = impl_->frames;
   frame.timestamp = timestamp;
-  if (color.format == PixelFormat::kDepth16) throw std::invalid_argument("the color image has the format kDepth16");
-  if (depth.format != PixelFormat::kDepth16) throw std::invalid_argument("the depth image has not the format kDepth16");
+  if (color.format == PixelFormat::kDepth16)
+    throw std::invalid_argument("the color image has the format kDepth16");
+  if (depth.format != PixelFormat::kDepth16)
+    throw std::invalid_argument("the depth image has not the format kDepth16");
   frame.color = wrap(color, "color");
   if (color.format == PixelFormat::kRgb8) {
     cv::Mat bgr;  // its own memory: the caller's pixels must stay as they are
@@ -113,8 +120,12 @@ TrackingResult Slam::process(const ImageView& color, const ImageView& depth, dou
   return {result.state, to_pose(result.T_wc), result.inliers, result.keyframe};
 }
 
-std::vector<TimedPose> Slam::trajectory() const { return to_poses(impl_->pipeline.trajectory()); }
-std::vector<TimedPose> Slam::keyframes() const { return to_poses(impl_->pipeline.keyframe_trajectory()); }
+std::vector<TimedPose> Slam::trajectory() const {
+  return to_poses(impl_->pipeline.trajectory());
+}
+std::vector<TimedPose> Slam::keyframes() const {
+  return to_poses(impl_->pipeline.keyframe_trajectory());
+}
 
 void Slam::save_trajectory(const std::filesystem::path& file) const {
   write_trajectory(file, impl_->pipeline.trajectory());

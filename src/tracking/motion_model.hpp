@@ -4,8 +4,8 @@
 
 namespace ipl_slam {
 
-/// Constant-velocity prediction (paper section 3.5). The velocity is a twist in the camera frame per second, so that a
-/// dropped frame does not halve the predicted motion.
+/// Constant-velocity prediction (paper section 3.5). The velocity is a twist in the camera frame per second,
+/// so that a dropped frame does not halve the predicted motion.
 class MotionModel {
  public:
   /// Takes the pose of a tracked frame. A pose that follows another one gives a velocity.

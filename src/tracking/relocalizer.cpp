@@ -9,8 +9,8 @@
 namespace ipl_slam {
 namespace {
 
-// Rigid motion from three points measured in both frames, judged by where it puts the keyframe's points in the image:
-// pixels are a fairer measure than metres, which a far point's depth alone can use up.
+// Rigid motion from three points measured in both frames, judged by where it puts the keyframe's points in
+// the image: pixels are a fairer measure than metres, which a far point's depth alone can use up.
 class MotionEstimator {
  public:
   using Model = SE3;  // T_ck: keyframe to frame
@@ -55,13 +55,15 @@ class MotionEstimator {
 Relocalizer::Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options)
     : camera_(camera), pyramid_(pyramid), options_(options) {}
 
-std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const LocalMap& map, const SE3& T_cw_guess) const {
+std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const LocalMap& map,
+                                          const SE3& T_cw_guess) const {
   const Eigen::Vector3d position = T_cw_guess.inverse().translation();
   std::vector<std::pair<double, const LocalKeyframe*>> order;
   for (const LocalKeyframe& keyframe : map.keyframes) {
     order.emplace_back((keyframe.T_cw.inverse().translation() - position).norm(), &keyframe);
   }
-  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::stable_sort(order.begin(), order.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
   for (std::size_t i = 0; i < order.size() && i < static_cast<std::size_t>(options_.max_keyframes); ++i) {
     if (const auto T_cw = pose_from(frame, *order[i].second)) return T_cw;
   }

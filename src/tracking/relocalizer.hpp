@@ -18,8 +18,10 @@ struct RelocalizerOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("max_keyframes", max_keyframes, {1, 1000, "count", "keyframes compared with a frame that lost its place"});
-    v.number("min_matches", min_matches, {4, 1000, "count", "matches with depth that must agree on one motion"});
+    v.number("max_keyframes", max_keyframes,
+             {1, 1000, "count", "keyframes compared with a frame that lost its place"});
+    v.number("min_matches", min_matches,
+             {4, 1000, "count", "matches with depth that must agree on one motion"});
     v.number("ransac_threshold", ransac_threshold,
              {0.1, 20.0, "px", "reprojection error a match may have, at pyramid level 0"});
     v.number("ransac_iterations", ransac_iterations, {10, 10000, "count", "samples drawn at most"});
@@ -27,14 +29,15 @@ struct RelocalizerOptions {
   }
 };
 
-/// Finds a frame's pose without a prediction, from one keyframe: descriptor matches, then the rigid motion (RANSAC)
-/// between the points that both depth images show.
+/// Finds a frame's pose without a prediction, from one keyframe: descriptor matches, then the rigid motion
+/// (RANSAC) between the points that both depth images show.
 class Relocalizer {
  public:
   Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options);
 
   /// T_cw of the frame, or nothing. Keyframes nearest to T_cw_guess are tried first.
-  [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const LocalMap& map, const SE3& T_cw_guess) const;
+  [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const LocalMap& map,
+                                             const SE3& T_cw_guess) const;
 
  private:
   [[nodiscard]] std::optional<SE3> pose_from(const Frame& frame, const LocalKeyframe& keyframe) const;

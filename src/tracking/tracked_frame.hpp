@@ -1,8 +1,9 @@
 #pragma once
 
-#include <ipl_slam/tracking_state.hpp>
 #include <memory>
 #include <vector>
+
+#include <ipl_slam/tracking_state.hpp>
 
 #include "common/ids.hpp"
 #include "features/frame.hpp"

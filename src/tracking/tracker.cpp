@@ -63,8 +63,8 @@ Tracker::Placement Tracker::place_by_prediction(const Frame& frame) const {
   return placement;
 }
 
-// Looks for the last frame's points around where the predicted pose puts them. Points without a landmark serve too,
-// placed by their own depth: they carry the pose where the map is still thin.
+// Looks for the last frame's points around where the predicted pose puts them. Points without a landmark
+// serve too, placed by their own depth: they carry the pose where the map is still thin.
 Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw, double radius) const {
   const Features& last = last_.frame->features;
   const SE3 T_wl = last_.T_cw.inverse();
@@ -95,7 +95,8 @@ Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw
     landmarks.push_back(landmark);
   }
 
-  const std::vector<int> found = match_projected(frame.features, frame.grid, windows, options_.last_frame_match);
+  const std::vector<int> found =
+      match_projected(frame.features, frame.grid, windows, options_.last_frame_match);
   std::vector<PointMatch> matches;
   std::vector<std::pair<int, int>> owners;  // keypoint, landmark
   for (std::size_t i = 0; i < found.size(); ++i) {

@@ -37,7 +37,8 @@ struct TrackerOptions {
              {6, 1000, "count", "inliers with which the predicted pose is believed"});
     v.number("local_radius", local_radius,
              {1.0, 50.0, "px", "search window around a landmark of the local map, at pyramid level 0"});
-    v.number("min_inliers", min_inliers, {6, 1000, "count", "landmarks a frame must see to count as tracked"});
+    v.number("min_inliers", min_inliers,
+             {6, 1000, "count", "landmarks a frame must see to count as tracked"});
     v.number("min_inliers_recovering", min_inliers_recovering,
              {6, 1000, "count", "the same while the camera is lost"});
     v.section("last_frame_match", last_frame_match, "descriptor match with a point of the last frame");
@@ -47,14 +48,15 @@ struct TrackerOptions {
   }
 };
 
-/// Finds the camera's pose in each frame: predict, match the last frame's points, then the local map's, optimise.
+/// Finds the camera's pose in each frame: predict, match the last frame's points, then the local map's,
+/// optimise.
 class Tracker {
  public:
   Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
           const TrackerOptions& options);
 
-  /// Places a frame in `map`, null as long as there is none. Without a map the state is kInitializing with an identity
-  /// pose; the frame can start the map when can_start_map says so.
+  /// Places a frame in `map`, null as long as there is none. Without a map the state is kInitializing with an
+  /// identity pose; the frame can start the map when can_start_map says so.
   [[nodiscard]] TrackedFrame track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map);
 
   /// Whether a frame has enough keypoints with depth to start a map.
@@ -89,10 +91,10 @@ class Tracker {
   MotionModel motion_;
 
   std::shared_ptr<const LocalMap> map_;
-  TrackedFrame last_;                   // the last frame that was tracked
+  TrackedFrame last_;  // the last frame that was tracked
   bool lost_ = false;
-  std::vector<Sighting> counting_;      // per point of map_
-  std::vector<Sighting> sightings_;     // of local maps before map_
+  std::vector<Sighting> counting_;   // per point of map_
+  std::vector<Sighting> sightings_;  // of local maps before map_
 };
 
 }  // namespace ipl_slam

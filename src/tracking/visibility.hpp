@@ -1,7 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
+
+#include <Eigen/Core>
 
 #include "features/matcher.hpp"
 #include "features/scale_pyramid.hpp"
@@ -15,18 +16,20 @@ class Visibility {
  public:
   Visibility(const Camera& camera, const ScalePyramid& pyramid);
 
-  /// The search window for a landmark (LocalPoint or Point) seen from T_cw: within the image, within the range of
-  /// distances the pyramid covers, and from no more than 60 degrees off the direction it was seen from.
-  /// `radius` is in pixels of the predicted pyramid level.
+  /// The search window for a landmark (LocalPoint or Point) seen from T_cw: within the image, within the
+  /// range of distances the pyramid covers, and from no more than 60 degrees off the direction it was seen
+  /// from. `radius` is in pixels of the predicted pyramid level.
   template <class Landmark>
-  [[nodiscard]] std::optional<ProjectedPoint> project(const SE3& T_cw, const Landmark& landmark, double radius) const {
+  [[nodiscard]] std::optional<ProjectedPoint> project(const SE3& T_cw, const Landmark& landmark,
+                                                      double radius) const {
     const Eigen::Vector3d p_c = T_cw * landmark.position;
     if (p_c.z() <= kNear) return std::nullopt;
     const Eigen::Vector2d uv = camera_.project(p_c);
     if (!inside(uv)) return std::nullopt;
     const double distance = p_c.norm();
     // The pyramid's range is widened by one level either way: the level found is uncertain by that much.
-    if (distance > slack_ * landmark.max_distance || slack_ * distance < landmark.min_distance) return std::nullopt;
+    if (distance > slack_ * landmark.max_distance || slack_ * distance < landmark.min_distance)
+      return std::nullopt;
     const Eigen::Vector3d ray_w = T_cw.rotation().conjugate() * p_c;
     if (ray_w.dot(landmark.normal) < kMaxViewCosine * distance) return std::nullopt;
     const int level = pyramid_.predict_level(landmark.max_distance, distance);
