@@ -24,7 +24,7 @@ struct OrbOptions {
   int fast_threshold = 20;     ///< corner threshold, grey levels
   int fast_min_threshold = 7;  ///< threshold for cells where the first one finds nothing
   int cell_size = 32;          ///< side of those cells, pixels of the level
-  double spread = 0.4;         ///< share of the keypoints that is placed for even cover, the rest by strength
+  double spread = 1.0;         ///< share of the keypoints that is placed for even cover, the rest by strength
   bool refine = true;          ///< corners are located to a fraction of a pixel
   KeypointDepthOptions depth;
 

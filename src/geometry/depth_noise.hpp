@@ -8,7 +8,7 @@ namespace ipl_slam {
 /// error is constant in inverse depth and grows with the square of depth (Khoshelham and Elberink, "Accuracy
 /// and resolution of Kinect depth data", Sensors 2012).
 struct DepthNoiseOptions {
-  double inverse_depth_sigma = 0.01;  ///< standard deviation of 1/z, 1/m
+  double inverse_depth_sigma = 0.04;  ///< standard deviation of 1/z, 1/m
   double max_depth = 10.0;            ///< measured depth beyond this is not used, m
 
   template <class Visitor>
