@@ -9,7 +9,7 @@
 namespace ipl_slam {
 
 struct KeyframePolicyOptions {
-  int max_interval = 8;
+  int max_interval = 10;
   int min_interval = 0;
   double min_shared = 0.75;
   int min_close_tracked = 100;
