@@ -13,12 +13,14 @@
 #include "features/frame.hpp"
 #include "features/scale_pyramid.hpp"
 #include "geometry/camera.hpp"
+#include "geometry/depth_noise.hpp"
 #include "geometry/se3.hpp"
 
 namespace ipl_slam::test {
 
 inline const Camera kTestCamera{.fx = 525.0, .fy = 525.0, .cx = 319.5, .cy = 239.5};
 inline const ScalePyramid kTestPyramid{8, 1.2};
+inline const DepthNoiseOptions kTestNoise{.inverse_depth_sigma = 0.01, .max_depth = 10.0};
 
 /// T_cw of a camera at `position` (world, m) that is turned by these angles (rad) from looking along world z.
 inline SE3 camera_at(const Eigen::Vector3d& position, double pan = 0.0, double roll = 0.0) {

@@ -27,7 +27,7 @@ SE3 on_path(std::size_t index) {
 // A tracker whose map was started with frame 0 of the path, and perfect landmarks.
 struct Started {
   explicit Started(const TrackerOptions& options = {}, const ViewOptions& view = {})
-      : tracker(kTestCamera, kTestPyramid, {}, options) {
+      : tracker(kTestCamera, kTestPyramid, kTestNoise, options) {
     const View first = world.look(on_path(0), 0, view);
     TrackedFrame tracked = tracker.track(first.frame, nullptr);
     map.add(first);
@@ -61,7 +61,7 @@ struct Started {
 
 TEST(Tracker, IsInitialisingUntilThereIsAMap) {
   const SyntheticWorld world;
-  Tracker tracker(kTestCamera, kTestPyramid, {}, {});
+  Tracker tracker(kTestCamera, kTestPyramid, kTestNoise, {});
   const View view = world.look(on_path(0));
   const TrackedFrame tracked = tracker.track(view.frame, nullptr);
   EXPECT_EQ(tracked.state, TrackingState::kInitializing);
@@ -77,7 +77,7 @@ TEST(Tracker, NeedsEnoughDepthsToStartAMap) {
   const auto with_depth = [&](double share) {
     const View view = world.look(on_path(0), 0, {.depth_share = share});
     options.min_initial_depths = static_cast<int>(view.frame->features.size() / 2);
-    return Tracker(kTestCamera, kTestPyramid, {}, options).can_start_map(*view.frame);
+    return Tracker(kTestCamera, kTestPyramid, kTestNoise, options).can_start_map(*view.frame);
   };
   EXPECT_TRUE(with_depth(1.0));
   EXPECT_TRUE(with_depth(0.7));
@@ -201,7 +201,7 @@ TEST(Tracker, EmptyFramesAreLostButNeverNotANumber) {
 }
 
 TEST(Tracker, AnEmptyFrameCannotStartAMap) {
-  const Tracker tracker(kTestCamera, kTestPyramid, {}, {});
+  const Tracker tracker(kTestCamera, kTestPyramid, kTestNoise, {});
   EXPECT_FALSE(tracker.can_start_map(*SyntheticWorld::make_frame({})));
 }
 
