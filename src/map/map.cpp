@@ -1,6 +1,7 @@
 #include "map/map.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 namespace ipl_slam {
 namespace {
@@ -33,6 +34,7 @@ KeyframeId Map::add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw
 }
 
 void Map::remove_keyframe(KeyframeId id) {
+  assert(id != newest_);
   const std::vector<Covisible> neighbours = covisible(id);
   KeyframeId parent = neighbours.empty() ? newest_ : neighbours.front().keyframe;
   const RemovedKeyframe removed{id, parent, keyframes_[id].T_cw * keyframes_[parent].T_cw.inverse()};
@@ -47,6 +49,7 @@ void Map::remove_keyframe(KeyframeId id) {
 }
 
 PointId Map::add_point(const Eigen::Vector3d& position_w, KeyframeId keyframe, std::uint32_t keypoint) {
+  assert(!keyframes_[keyframe].points[keypoint].valid());
   Point point;
   point.position = position_w;
   point.first_keyframe = newest_;

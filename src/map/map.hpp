@@ -55,10 +55,11 @@ class Map {
 
   KeyframeId add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw);
   /// Takes a keyframe out. Its pose stays known relative to `parent`, the keyframe that shares most points
-  /// with it.
+  /// with it, or else the newest. The newest itself must stay: it is what the others hang on in the end.
   void remove_keyframe(KeyframeId id);
   void set_pose(KeyframeId id, const SE3& T_cw) { keyframes_[id].T_cw = T_cw; }
 
+  /// A new point with its first observation, by a keypoint that must not belong to a point yet.
   PointId add_point(const Eigen::Vector3d& position_w, KeyframeId keyframe, std::uint32_t keypoint);
   void remove_point(PointId id);
   void set_position(PointId id, const Eigen::Vector3d& position_w) { points_[id].position = position_w; }

@@ -3,7 +3,7 @@
 namespace ipl_slam {
 namespace {
 
-// Whether enough other keyframes see what this keypoint sees, at its level of the pyramid or a finer one.
+// Whether enough other keyframes see what this keypoint sees, at most one level of the pyramid coarser.
 bool seen_well_by_others(const Map& map, KeyframeId self, std::size_t keypoint, PointId id, int observers) {
   const int level = map.keyframes()[self].frame->features.keypoints[keypoint].level;
   int count = 0;

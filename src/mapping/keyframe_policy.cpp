@@ -19,7 +19,7 @@ int confirmed_points(const LocalMap& map, KeyframeId reference) {
 bool KeyframePolicy::wants(const TrackedFrame& tracked, const LocalMap& map, bool mapper_idle) {
   if (tracked.state != TrackingState::kTracking) return false;
   const std::size_t since_last = tracked.frame->index - last_keyframe_;
-  if (since_last <= static_cast<std::size_t>(options_.min_interval)) return false;
+  if (since_last < static_cast<std::size_t>(options_.min_interval)) return false;
 
   int close_tracked = 0, close_untracked = 0;
   for (std::size_t k = 0; k < tracked.points.size(); ++k) {

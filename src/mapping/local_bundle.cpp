@@ -88,7 +88,8 @@ void adjust_local_bundle(Map& map, KeyframeId centre, const Camera& camera, cons
     if (!problem.poses[i].fixed) map.set_pose(pose_ids[i], problem.poses[i].T_cw);
   }
   for (std::size_t i = 0; i < point_ids.size(); ++i) map.set_position(point_ids[i], problem.points[i]);
-  for (std::size_t i = 0; i < owners.size(); ++i) {
+  // Cut short, it cannot tell what is wrong from what it had no time to fit.
+  for (std::size_t i = 0; i < owners.size() && !result.aborted; ++i) {
     const auto& [point, keyframe] = owners[i];
     if (result.outlier[i] && map.points().contains(point)) map.remove_observation(point, keyframe);
   }

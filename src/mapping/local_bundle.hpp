@@ -25,7 +25,8 @@ struct LocalBundleOptions {
 };
 
 /// Optimises the newest keyframe, those that share most landmarks with it, and the landmarks they see;
-/// keyframes outside that also see them stay fixed. Observations that end as outliers leave the map.
+/// keyframes outside that also see them stay fixed. Observations that end as outliers leave the map,
+/// unless `abort`, if not null, was raised meanwhile.
 void adjust_local_bundle(Map& map, KeyframeId centre, const Camera& camera, const DepthNoiseOptions& noise,
                          const LocalBundleOptions& options, const std::atomic<bool>* abort);
 

@@ -147,13 +147,15 @@ Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placeme
   }
   const PoseEstimate estimate = optimizer_.optimize(start.T_cw, matches);
 
-  for (const int landmark : landmarks) ++counting_[landmark].visible;
+  // A pose that is not believed says nothing about what should have been seen.
+  const int sight = believed(estimate.inliers) ? 1 : 0;
+  for (const int landmark : landmarks) counting_[landmark].visible += sight;
   Placement placement{estimate.T_cw, std::move(points), estimate.inliers};
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
     int& landmark = placement.points[keypoints[i]];
-    if (matched[landmark]) ++counting_[landmark].visible;
+    if (matched[landmark]) counting_[landmark].visible += sight;
     if (estimate.inlier[i]) {
-      ++counting_[landmark].found;
+      counting_[landmark].found += sight;
     } else {
       landmark = -1;
     }
@@ -161,11 +163,14 @@ Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placeme
   return placement;
 }
 
+bool Tracker::believed(int inliers) const {
+  return inliers >= (lost_ ? options_.min_inliers_recovering : options_.min_inliers);
+}
+
 TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placement& placement) {
-  const int needed = lost_ ? options_.min_inliers_recovering : options_.min_inliers;
   TrackedFrame result;
   result.inliers = placement.inliers;
-  if (placement.inliers < needed) {
+  if (!believed(placement.inliers)) {
     lost_ = true;
     motion_.stop();
     result.state = TrackingState::kLost;

@@ -78,6 +78,8 @@ class Tracker {
   [[nodiscard]] Placement place_by_prediction(const Frame& frame) const;
   [[nodiscard]] Placement match_last_frame(const Frame& frame, const SE3& T_cw, double radius) const;
   [[nodiscard]] Placement place_in_local_map(const Frame& frame, const Placement& start);
+  /// Whether a pose with so many inliers counts as tracked.
+  [[nodiscard]] bool believed(int inliers) const;
   [[nodiscard]] TrackedFrame conclude(std::shared_ptr<const Frame> frame, const Placement& placement);
   [[nodiscard]] const LocalKeyframe& most_shared_keyframe(const std::vector<int>& points) const;
   void flush_sightings();

@@ -1,0 +1,225 @@
+#include "mapping/local_mapper.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/map_checks.hpp"
+#include "support/synthetic_world.hpp"
+#include "tracking/tracker.hpp"
+
+namespace ipl_slam {
+namespace {
+
+using namespace test;
+
+LocalMapper make_mapper(const MappingOptions& options = {}) {
+  return {kTestCamera, kTestPyramid, kTestNoise, options};
+}
+
+// A candidate that knows no landmark.
+KeyframeCandidate candidate(const View& view, KeyframeId reference = {}, const SE3& T_c_reference = {}) {
+  KeyframeCandidate result;
+  result.tracked.frame = view.frame;
+  result.tracked.state = TrackingState::kTracking;
+  result.tracked.T_cw = view.T_cw;
+  result.tracked.reference = reference;
+  result.tracked.T_c_reference = T_c_reference;
+  result.tracked.points.resize(view.frame->features.size());
+  return result;
+}
+
+// The same with the landmarks that the keypoints show: those of a keyframe that took another view.
+KeyframeCandidate candidate_after(const View& view, const Map& map, const View& other, KeyframeId other_id) {
+  KeyframeCandidate result = candidate(view, other_id, view.T_cw * other.T_cw.inverse());
+  for (std::size_t k = 0; k < view.sources.size(); ++k) {
+    const int there = other.keypoint_of(view.sources[k]);
+    if (there >= 0) result.tracked.points[k] = map.keyframes()[other_id].points[there];
+  }
+  return result;
+}
+
+TEST(LocalMapper, TheFirstKeyframeStartsTheMapAtItsOwnPose) {
+  const SyntheticWorld world;
+  LocalMapper mapper = make_mapper();
+  const View view = world.look(camera_at({0.1, 0.2, 0.0}, 0.1));
+  const auto local = mapper.process(candidate(view));
+  ASSERT_EQ(mapper.map().keyframes().size(), 1U);
+  EXPECT_EQ(mapper.map().pose_of(KeyframeId{0}).translation(), view.T_cw.translation());
+  EXPECT_EQ(mapper.map().pose_of(KeyframeId{0}).rotation().coeffs(), view.T_cw.rotation().coeffs());
+  EXPECT_EQ(mapper.map().points().size(), view.frame->features.size());
+  EXPECT_EQ(local->points.size(), view.frame->features.size());
+  EXPECT_EQ(local->keyframes.size(), 1U);
+  for (std::size_t k = 0; k < view.sources.size(); ++k) {
+    const PointId id = mapper.map().keyframes()[KeyframeId{0}].points[k];
+    // Float pixels and depths, at 4 m and less.
+    EXPECT_LT((mapper.map().points()[id].position - world.position(view.sources[k])).norm(), 1e-5);
+    EXPECT_EQ(mapper.map().points()[id].descriptor, world.descriptor(view.sources[k]));
+  }
+  expect_consistent(mapper.map());
+}
+
+TEST(LocalMapper, MakesLandmarksOfKeypointsWithDepthUpToALimit) {
+  const SyntheticWorld world;
+  MappingOptions options;
+  options.landmark_depth = 3.0;
+  LocalMapper mapper = make_mapper(options);
+  const View view = world.look(camera_at({0.0, 0.0, 0.0}), 0, {.depth_share = 0.7});
+  (void)mapper.process(candidate(view));
+  int near = 0, far = 0, without = 0;
+  for (std::size_t k = 0; k < view.sources.size(); ++k) {
+    const float depth = view.frame->features.keypoints[k].depth;
+    const bool landmark = mapper.map().keyframes()[KeyframeId{0}].points[k].valid();
+    EXPECT_EQ(landmark, depth > 0.0F && depth <= 3.0F) << "at " << depth << " m";
+    ++(depth <= 0.0F ? without : depth <= 3.0F ? near : far);
+  }
+  EXPECT_TRUE(near > 20 && far > 20 && without > 20) << "all three kinds should have been there";
+}
+
+TEST(LocalMapper, ASecondKeyframeSeesTheLandmarksItWasTrackedBy) {
+  const SyntheticWorld world;
+  LocalMapper mapper = make_mapper();
+  const View first = world.look(camera_at({0.0, 0.0, 0.0}), 0),
+             second = world.look(camera_at({0.2, 0.0, 0.0}), 10);
+  (void)mapper.process(candidate(first));
+  const std::size_t landmarks = mapper.map().points().size();
+  const auto local = mapper.process(candidate_after(second, mapper.map(), first, KeyframeId{0}));
+  int shared = 0, fresh = 0;
+  for (std::size_t k = 0; k < second.sources.size(); ++k) {
+    const int there = first.keypoint_of(second.sources[k]);
+    const PointId id = mapper.map().keyframes()[KeyframeId{1}].points[k];
+    ++(there >= 0 ? shared : fresh);
+    if (there < 0) continue;
+    EXPECT_EQ(id, mapper.map().keyframes()[KeyframeId{0}].points[there]);
+  }
+  EXPECT_EQ(mapper.map().points().size(), landmarks + static_cast<std::size_t>(fresh));
+  EXPECT_EQ(mapper.map().covisible(KeyframeId{1}).front().shared, shared);
+  EXPECT_EQ(local->keyframes.size(), 2U);
+  // Nothing was wrong, so nothing moves but by rounding of floats.
+  EXPECT_LT(pose_difference(mapper.map().pose_of(KeyframeId{1}), second.T_cw), 1e-5);
+  expect_consistent(mapper.map());
+}
+
+TEST(LocalMapper, FindsByFusionWhatTrackingDidNotSay) {
+  const SyntheticWorld world;
+  LocalMapper mapper = make_mapper();
+  const View first = world.look(camera_at({0.0, 0.0, 0.0}), 0),
+             second = world.look(camera_at({0.2, 0.0, 0.0}), 10);
+  (void)mapper.process(candidate(first));
+  KeyframeCandidate next = candidate_after(second, mapper.map(), first, KeyframeId{0});
+  int shared = 0;
+  for (std::size_t k = 0; k < second.sources.size(); ++k) {
+    shared += first.keypoint_of(second.sources[k]) >= 0 ? 1 : 0;
+    if (k % 3 != 0) next.tracked.points[k] = PointId{};
+  }
+  (void)mapper.process(next);
+  EXPECT_EQ(mapper.map().covisible(KeyframeId{1}).front().shared, shared);
+  expect_consistent(mapper.map());
+}
+
+TEST(LocalMapper, PlacesAKeyframeWhereItsReferenceIsNow) {
+  const SyntheticWorld world, elsewhere(77);
+  LocalMapper mapper = make_mapper();
+  const View first = world.look(camera_at({0.0, 0.0, 0.0}), 0),
+             second = world.look(camera_at({0.2, 0.0, 0.0}), 10);
+  (void)mapper.process(candidate(first));
+  // The second comes in 3 cm beside its place; bundle adjustment moves it.
+  const SE3 T_21_wrong = camera_at({0.23, 0.0, 0.0});
+  KeyframeCandidate next = candidate_after(second, mapper.map(), first, KeyframeId{0});
+  next.tracked.T_cw = next.tracked.T_c_reference = T_21_wrong;
+  (void)mapper.process(next);
+  ASSERT_LT(pose_difference(mapper.map().pose_of(KeyframeId{1}), second.T_cw), 1e-3);
+
+  // A third one was tracked while the second still stood beside its place. It shows nothing that is known, so
+  // that nothing but its reference tells where it is.
+  const SE3 T_32 = camera_at({0.1, 0.0, 0.3}, 0.2);
+  View third = elsewhere.look(T_32 * T_21_wrong, 20);
+  (void)mapper.process(candidate(third, KeyframeId{1}, T_32));
+  const SE3 expected = T_32 * mapper.map().pose_of(KeyframeId{1});
+  EXPECT_LT(pose_difference(mapper.map().pose_of(KeyframeId{2}), expected), 1e-9);
+  EXPECT_GT(pose_difference(mapper.map().pose_of(KeyframeId{2}), third.T_cw), 0.02);
+}
+
+TEST(LocalMapper, CountsTheSightingsOfLandmarksThatAreStillThere) {
+  const SyntheticWorld world;
+  LocalMapper mapper = make_mapper();
+  const View first = world.look(camera_at({0.0, 0.0, 0.0}), 0);
+  (void)mapper.process(candidate(first));
+  KeyframeCandidate next = candidate_after(first, mapper.map(), first, KeyframeId{0});
+  next.sightings = {{PointId{3}, 5, 4}, {PointId{4}, 50, 1}};
+  (void)mapper.process(next);
+  EXPECT_EQ(mapper.map().points()[PointId{3}].visible, 6);
+  EXPECT_EQ(mapper.map().points()[PointId{3}].found, 5);
+  EXPECT_FALSE(mapper.map().points().contains(PointId{4})) << "rarely found";
+  // The next report may still speak of it.
+  next.sightings = {{PointId{4}, 5, 5}};
+  (void)mapper.process(next);
+  expect_consistent(mapper.map());
+}
+
+// Tracks 40 noisy frames of a walk; every fifth becomes a keyframe.
+struct Walk {
+  Walk() {
+    const ViewOptions noisy{.pixel_noise = 0.5,
+                            .inverse_depth_noise = 0.01,
+                            .depth_share = 0.8,
+                            .flipped_bits = 20,
+                            .clutter_share = 0.2};
+    for (std::size_t i = 0; i < 40; ++i) {
+      const double t = static_cast<double>(i);
+      truth.push_back(camera_at({0.02 * t, 0.0, 0.005 * t}, 0.006 * t));
+      const View view = world.look(truth.back(), i, noisy);
+      TrackedFrame tracked = tracker.track(view.frame, local);
+      if (i == 0) {
+        local = mapper.process({tracked, {}});
+        tracked.state = TrackingState::kTracking;
+        tracked.reference = KeyframeId{0};
+        tracker.start(tracked);
+      } else if (i % 5 == 0) {
+        local = mapper.process({tracked, tracker.take_sightings()});
+      }
+      frames.push_back(tracked);
+    }
+  }
+  SyntheticWorld world;
+  Tracker tracker{kTestCamera, kTestPyramid, kTestNoise, {}};
+  LocalMapper mapper = make_mapper();
+  std::shared_ptr<const LocalMap> local;
+  std::vector<SE3> truth;
+  std::vector<TrackedFrame> frames;
+};
+
+TEST(LocalMapper, BuildsAMapThatKeepsACameraInPlace) {
+  const Walk walk;
+  for (std::size_t i = 0; i < walk.frames.size(); ++i) {
+    ASSERT_EQ(walk.frames[i].state, TrackingState::kTracking) << "frame " << i;
+    const SE3 T_cw = walk.frames[i].T_c_reference * walk.mapper.map().pose_of(walk.frames[i].reference);
+    // Half a pixel and 0.01 / m of noise are a few millimetres and 9 cm at 3 m; the average over hundreds of
+    // points and eight keyframes drifts by no more than a centimetre or a hundredth of a radian.
+    EXPECT_LT(pose_difference(T_cw, walk.truth[i]), 0.02) << "frame " << i;
+  }
+  expect_consistent(walk.mapper.map());
+  EXPECT_GT(walk.mapper.map().points().size(), 300U);
+}
+
+TEST(LocalMapper, TheSameInputGivesTheSameMap) {
+  const auto numbers_of = [](const Walk& walk) {
+    std::vector<double> numbers;
+    const Map& map = walk.mapper.map();
+    map.keyframes().for_each([&](KeyframeId id, const Keyframe& keyframe) {
+      numbers.push_back(id.value);
+      for (int k = 0; k < 3; ++k) numbers.push_back(keyframe.T_cw.translation()[k]);
+      for (int k = 0; k < 4; ++k) numbers.push_back(keyframe.T_cw.rotation().coeffs()[k]);
+      for (const PointId point : keyframe.points) numbers.push_back(point.value);
+    });
+    map.points().for_each([&](PointId id, const Point& point) {
+      numbers.push_back(id.value);
+      for (int k = 0; k < 3; ++k) numbers.push_back(point.position[k]);
+      for (int k = 0; k < 3; ++k) numbers.push_back(point.normal[k]);
+      numbers.insert(numbers.end(), {point.max_distance, 1.0 * point.visible, 1.0 * point.found});
+    });
+    return numbers;
+  };
+  EXPECT_EQ(numbers_of(Walk{}), numbers_of(Walk{}));
+}
+
+}  // namespace
+}  // namespace ipl_slam
