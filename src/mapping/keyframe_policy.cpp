@@ -18,8 +18,8 @@ int confirmed_points(const LocalMap& map, KeyframeId reference) {
 
 bool KeyframePolicy::wants(const TrackedFrame& tracked, const LocalMap& map, bool mapper_idle) {
   if (tracked.state != TrackingState::kTracking) return false;
-  const std::size_t since_last = tracked.frame->index - last_keyframe_;
-  if (since_last < static_cast<std::size_t>(options_.min_interval)) return false;
+  const double since_last = tracked.frame->timestamp - last_keyframe_;
+  if (since_last < options_.min_interval) return false;
 
   int close_tracked = 0, close_untracked = 0;
   for (std::size_t k = 0; k < tracked.points.size(); ++k) {
@@ -33,10 +33,10 @@ bool KeyframePolicy::wants(const TrackedFrame& tracked, const LocalMap& map, boo
   const bool leaves_reference = tracked.inliers < options_.min_shared * confirmed;
   // A quarter of the reference left: the next frame may already be lost.
   const bool urgent = tracked.inliers < 0.25 * confirmed || needs_close;
-  const bool overdue = since_last >= static_cast<std::size_t>(options_.max_interval);
+  const bool overdue = since_last >= options_.max_interval;
 
   const bool wanted = mapper_idle ? overdue || leaves_reference || needs_close : urgent;
-  if (wanted) last_keyframe_ = tracked.frame->index;
+  if (wanted) last_keyframe_ = tracked.frame->timestamp;
   return wanted;
 }
 

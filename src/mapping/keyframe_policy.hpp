@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstddef>
-
 #include "common/options.hpp"
 #include "map/local_map.hpp"
 #include "tracking/tracked_frame.hpp"
@@ -9,8 +7,8 @@
 namespace ipl_slam {
 
 struct KeyframePolicyOptions {
-  int max_interval = 10;
-  int min_interval = 0;
+  double max_interval = 0.33;
+  double min_interval = 0.0;
   double min_shared = 0.75;
   int min_close_tracked = 100;
   int max_close_untracked = 70;
@@ -18,10 +16,8 @@ struct KeyframePolicyOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("max_interval", max_interval,
-             {1, 10000, "frames", "a keyframe is due at the latest after this many"});
-    v.number("min_interval", min_interval,
-             {0, 10000, "frames", "no keyframe sooner than this after the last"});
+    v.number("max_interval", max_interval, {0.0, 3600.0, "s", "a keyframe is due at the latest after this time"});
+    v.number("min_interval", min_interval, {0.0, 3600.0, "s", "no keyframe sooner than this after the last"});
     v.number(
         "min_shared", min_shared,
         {0.0, 1.0, "ratio", "a keyframe is due when fewer of the reference keyframe's landmarks are seen"});
@@ -43,11 +39,11 @@ class KeyframePolicy {
   /// about to lose the map becomes one. Remembers the frames it said yes to.
   [[nodiscard]] bool wants(const TrackedFrame& tracked, const LocalMap& map, bool mapper_idle);
   /// The frame that started the map.
-  void started_with(std::size_t frame_index) { last_keyframe_ = frame_index; }
+  void started_with(const Frame& frame) { last_keyframe_ = frame.timestamp; }
 
  private:
   KeyframePolicyOptions options_;
-  std::size_t last_keyframe_ = 0;  // frame index
+  double last_keyframe_ = 0.0;  // timestamp, s
 };
 
 }  // namespace ipl_slam

@@ -17,7 +17,7 @@ Config preset(std::string_view name) {
     // ORB-SLAM2's virtual stereo camera (baseline x focal length = 40 pixel metres): a pixel of disparity
     // noise is this much noise in inverse depth.
     config.depth.inverse_depth_sigma = 1.0 / 40.0;
-    config.keyframes.max_interval = 30;  // a second of video
+    config.keyframes.max_interval = 1.0;
     return config;
   }
   throw UserError(fmt::format("unknown preset '{}': use default or paper", name));

@@ -77,7 +77,7 @@ void Pipeline::start_map(TrackedFrame& first) {
   first.state = TrackingState::kTracking;
   first.reference = KeyframeId{0};
   tracker_.start(first);
-  policy_.started_with(first.frame->index);
+  policy_.started_with(*first.frame);
 }
 
 Trajectory Pipeline::trajectory() const {

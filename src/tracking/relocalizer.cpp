@@ -65,13 +65,13 @@ std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const LocalMap& ma
   std::stable_sort(order.begin(), order.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   for (std::size_t i = 0; i < order.size() && i < static_cast<std::size_t>(options_.max_keyframes); ++i) {
-    if (const auto T_cw = pose_from(frame, *order[i].second)) return T_cw;
+    if (const auto T_cw = find_pose(frame, *order[i].second->frame, order[i].second->T_cw)) return T_cw;
   }
   return std::nullopt;
 }
 
-std::optional<SE3> Relocalizer::pose_from(const Frame& frame, const LocalKeyframe& keyframe) const {
-  const Features& there = keyframe.frame->features;
+std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const Frame& earlier, const SE3& T_earlier_w) const {
+  const Features& there = earlier.features;
   MotionEstimator estimator(camera_);
   for (const auto& [i, j] : match_brute_force(there, frame.features, options_.match)) {
     const Keypoint& a = there.keypoints[i];
@@ -82,10 +82,10 @@ std::optional<SE3> Relocalizer::pose_from(const Frame& frame, const LocalKeyfram
   ransac_options.threshold = options_.ransac_threshold;
   ransac_options.max_iterations = options_.ransac_iterations;
   ransac_options.min_inliers = options_.min_matches;
-  Random random(hash64(frame.index, keyframe.id.value));
+  Random random(hash64(frame.index, earlier.index));
   const auto result = ransac(estimator, ransac_options, random);
   if (!result) return std::nullopt;
-  return result->model * keyframe.T_cw;
+  return result->model * T_earlier_w;
 }
 
 }  // namespace ipl_slam

@@ -38,10 +38,10 @@ class Relocalizer {
   /// T_cw of the frame, or nothing. Keyframes nearest to T_cw_guess are tried first.
   [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const LocalMap& map,
                                              const SE3& T_cw_guess) const;
+  /// T_cw of the frame from one earlier frame whose pose is known, or nothing.
+  [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const Frame& earlier, const SE3& T_earlier_w) const;
 
  private:
-  [[nodiscard]] std::optional<SE3> pose_from(const Frame& frame, const LocalKeyframe& keyframe) const;
-
   Camera camera_;
   ScalePyramid pyramid_;
   RelocalizerOptions options_;

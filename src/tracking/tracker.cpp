@@ -31,12 +31,10 @@ TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<
   adopt(std::move(map));
 
   Placement placement = place_by_prediction(*frame);
-  if (placement.inliers < options_.min_prediction_inliers) {
-    const std::optional<SE3> T_cw = relocalizer_.find_pose(*frame, *map_, motion_.last_pose());
-    if (T_cw) placement = {*T_cw, std::vector<int>(frame->features.size(), -1), 0};
-    if (!T_cw) return conclude(std::move(frame), {});
+  if (placement.inliers < options_.confident_inliers) {
+    Placement other = place_by_descriptors(*frame);
+    if (other.inliers > placement.inliers) placement = std::move(other);
   }
-  placement = place_in_local_map(*frame, placement);
   return conclude(std::move(frame), placement);
 }
 
@@ -53,14 +51,27 @@ void Tracker::adopt(std::shared_ptr<const LocalMap> map) {
   }
 }
 
+// Windows widen until enough of the last frame's points agree on a motion.
 Tracker::Placement Tracker::place_by_prediction(const Frame& frame) const {
-  if (lost_ || !last_.frame) return {};
+  if (lost_) return {};
   const SE3 T_cw = motion_.predict(frame.timestamp);
-  Placement placement = match_last_frame(frame, T_cw, options_.prediction_radius);
-  if (placement.inliers < options_.min_prediction_inliers) {
-    placement = match_last_frame(frame, T_cw, 2.0 * options_.prediction_radius);
+  Placement best;
+  for (const double widening : {1.0, 2.0, 4.0}) {
+    Placement placement = match_last_frame(frame, T_cw, widening * options_.prediction_radius);
+    if (placement.inliers > best.inliers) best = std::move(placement);
+    if (best.inliers >= options_.confident_inliers) break;
   }
-  return placement;
+  if (best.inliers < options_.min_prediction_inliers) return {};
+  return place_in_local_map(frame, best);
+}
+
+// Without a prediction: from what the last frame or a keyframe shows, wherever in the image it is now.
+Tracker::Placement Tracker::place_by_descriptors(const Frame& frame) const {
+  std::optional<SE3> T_cw;
+  if (!lost_) T_cw = relocalizer_.find_pose(frame, *last_.frame, last_.T_cw);
+  if (!T_cw) T_cw = relocalizer_.find_pose(frame, *map_, motion_.last_pose());
+  if (!T_cw) return {};
+  return place_in_local_map(frame, {*T_cw, std::vector<int>(frame.features.size(), -1), {}, 0});
 }
 
 // Looks for the last frame's points around where the predicted pose puts them. Points without a landmark
@@ -105,7 +116,7 @@ Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw
     owners.emplace_back(found[i], landmarks[i]);
   }
   const PoseEstimate estimate = optimizer_.optimize(T_cw, matches);
-  Placement placement{estimate.T_cw, std::vector<int>(frame.features.size(), -1), estimate.inliers};
+  Placement placement{estimate.T_cw, std::vector<int>(frame.features.size(), -1), {}, estimate.inliers};
   for (std::size_t i = 0; i < owners.size(); ++i) {
     if (estimate.inlier[i]) placement.points[owners[i].first] = owners[i].second;
   }
@@ -113,7 +124,7 @@ Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw
 }
 
 // Searches the whole local map from a pose that is nearly right, and settles the pose with all that is found.
-Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placement& start) {
+Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placement& start) const {
   std::vector<std::uint8_t> taken(frame.features.size(), 0);
   std::vector<std::uint8_t> matched(map_->points.size(), 0);
   for (std::size_t k = 0; k < start.points.size(); ++k) {
@@ -147,20 +158,20 @@ Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placeme
   }
   const PoseEstimate estimate = optimizer_.optimize(start.T_cw, matches);
 
-  // A pose that is not believed says nothing about what should have been seen.
-  const int sight = believed(estimate.inliers) ? 1 : 0;
-  for (const int landmark : landmarks) counting_[landmark].visible += sight;
-  Placement placement{estimate.T_cw, std::move(points), estimate.inliers};
+  Placement placement{estimate.T_cw, std::move(points), std::move(landmarks), estimate.inliers};
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
     int& landmark = placement.points[keypoints[i]];
-    if (matched[landmark]) counting_[landmark].visible += sight;
-    if (estimate.inlier[i]) {
-      counting_[landmark].found += sight;
-    } else {
-      landmark = -1;
-    }
+    if (matched[landmark]) placement.visible.push_back(landmark);
+    if (!estimate.inlier[i]) landmark = -1;
   }
   return placement;
+}
+
+void Tracker::count_sightings(const Placement& placement) {
+  for (const int landmark : placement.visible) ++counting_[landmark].visible;
+  for (const int landmark : placement.points) {
+    if (landmark >= 0) ++counting_[landmark].found;
+  }
 }
 
 bool Tracker::believed(int inliers) const {
@@ -182,6 +193,7 @@ TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placeme
     return result;
   }
   lost_ = false;
+  count_sightings(placement);
   motion_.update(frame->timestamp, placement.T_cw);
   const LocalKeyframe& reference = most_shared_keyframe(placement.points);
   result.state = TrackingState::kTracking;

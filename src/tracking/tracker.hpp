@@ -19,6 +19,7 @@ struct TrackerOptions {
   int min_initial_depths = 100;
   double prediction_radius = 10.0;
   int min_prediction_inliers = 20;
+  int confident_inliers = 100;
   double local_radius = 3.0;
   int min_inliers = 30;
   int min_inliers_recovering = 50;
@@ -35,6 +36,8 @@ struct TrackerOptions {
              {1.0, 100.0, "px", "search window around a point of the last frame, at pyramid level 0"});
     v.number("min_prediction_inliers", min_prediction_inliers,
              {6, 1000, "count", "inliers with which the predicted pose is believed"});
+    v.number("confident_inliers", confident_inliers,
+             {6, 10000, "count", "with fewer, wider windows and a search without prediction are tried as well"});
     v.number("local_radius", local_radius,
              {1.0, 50.0, "px", "search window around a landmark of the local map, at pyramid level 0"});
     v.number("min_inliers", min_inliers,
@@ -67,17 +70,20 @@ class Tracker {
   [[nodiscard]] std::vector<Sighting> take_sightings();
 
  private:
-  /// A pose with the landmarks that support it: per keypoint an index into LocalMap::points, or -1.
+  /// A pose with the landmarks that support it, as indices into LocalMap::points.
   struct Placement {
     SE3 T_cw;
-    std::vector<int> points;
+    std::vector<int> points;   // per keypoint; -1 = none
+    std::vector<int> visible;  // all that should show in the image
     int inliers = 0;
   };
 
   void adopt(std::shared_ptr<const LocalMap> map);
   [[nodiscard]] Placement place_by_prediction(const Frame& frame) const;
   [[nodiscard]] Placement match_last_frame(const Frame& frame, const SE3& T_cw, double radius) const;
-  [[nodiscard]] Placement place_in_local_map(const Frame& frame, const Placement& start);
+  [[nodiscard]] Placement place_by_descriptors(const Frame& frame) const;
+  [[nodiscard]] Placement place_in_local_map(const Frame& frame, const Placement& start) const;
+  void count_sightings(const Placement& placement);
   /// Whether a pose with so many inliers counts as tracked.
   [[nodiscard]] bool believed(int inliers) const;
   [[nodiscard]] TrackedFrame conclude(std::shared_ptr<const Frame> frame, const Placement& placement);

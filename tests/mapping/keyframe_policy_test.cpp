@@ -14,8 +14,8 @@ constexpr std::size_t kStart = 1000;  // index of the frame that started the map
 // No criterion speaks for a keyframe, each test lets one do so.
 struct Situation {
   Situation() {
-    options.max_interval = 30;
-    options.min_interval = 0;
+    options.max_interval = 0.99;  // the 30th frame at 30 frames/s is past it, the 29th is not
+    options.min_interval = 0.0;
     options.min_shared = 0.75;
     options.min_close_tracked = 100;
     options.max_close_untracked = 70;
@@ -23,7 +23,7 @@ struct Situation {
   }
   [[nodiscard]] bool wants(bool mapper_idle = true) const {
     KeyframePolicy policy(options);
-    policy.started_with(kStart);
+    policy.started_with(*SyntheticWorld::make_frame({}, kStart));
     return policy.wants(tracked(), map(), mapper_idle);
   }
   [[nodiscard]] TrackedFrame tracked() const {
@@ -134,7 +134,7 @@ TEST(KeyframePolicy, FarKeypointsAndThoseWithoutDepthAreNotClose) {
 
 TEST(KeyframePolicy, NoKeyframeComesSoonerThanTheShortestInterval) {
   Situation s;
-  s.options.min_interval = 5;
+  s.options.min_interval = 0.15;
   s.inliers = 10;
   s.frames_since = 4;
   EXPECT_FALSE(s.wants());
@@ -156,7 +156,7 @@ TEST(KeyframePolicy, OnlyTrackedFramesBecomeKeyframes) {
 TEST(KeyframePolicy, CountsFromTheKeyframeItLastAskedFor) {
   Situation s;
   KeyframePolicy policy(s.options);
-  policy.started_with(kStart);
+  policy.started_with(*SyntheticWorld::make_frame({}, kStart));
   std::vector<std::size_t> wanted;
   for (s.frames_since = 1; s.frames_since <= 100; ++s.frames_since) {
     if (policy.wants(s.tracked(), s.map(), true)) wanted.push_back(s.frames_since);
