@@ -19,6 +19,9 @@ if(IPL_SLAM_SANITIZE)
   target_compile_options(ipl_slam_options INTERFACE
     -fsanitize=${IPL_SLAM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -g)
   target_link_options(ipl_slam_options INTERFACE -fsanitize=${IPL_SLAM_SANITIZE})
+  # Under AddressSanitizer Eigen turns to an allocator of its own; matrices that the distribution's Ceres
+  # allocates and we free would then be freed by the wrong one.
+  target_compile_definitions(ipl_slam_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 
 # The compiler cache works for every checkout of the project, wherever it lies: paths are taken relative to the

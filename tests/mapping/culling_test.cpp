@@ -120,8 +120,7 @@ struct Crowd {
 TEST(KeyframeCulling, RedundantKeyframesGoWhileEnoughOthersSeeTheirPoints) {
   Crowd crowd({0, 0, 0, 0, 0, 0});
   crowd.cull();
-  // Every point keeps three other observers at each removal: with four keyframes left nobody can go but 3,
-  // which is the last that still has three.
+  // 1, 2 and 3 go in turn: 3 still has three others beside it, 4 then only two.
   EXPECT_EQ(crowd.left(), (std::vector<std::uint32_t>{0, 4, 5}));
   expect_consistent(crowd.map);
 }

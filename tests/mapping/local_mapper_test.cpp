@@ -131,7 +131,7 @@ TEST(LocalMapper, PlacesAKeyframeWhereItsReferenceIsNow) {
   // A third one was tracked while the second still stood beside its place. It shows nothing that is known, so
   // that nothing but its reference tells where it is.
   const SE3 T_32 = camera_at({0.1, 0.0, 0.3}, 0.2);
-  View third = elsewhere.look(T_32 * T_21_wrong, 20);
+  const View third = elsewhere.look(T_32 * T_21_wrong, 20);
   (void)mapper.process(candidate(third, KeyframeId{1}, T_32));
   const SE3 expected = T_32 * mapper.map().pose_of(KeyframeId{1});
   EXPECT_LT(pose_difference(mapper.map().pose_of(KeyframeId{2}), expected), 1e-9);
