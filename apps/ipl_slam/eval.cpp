@@ -70,8 +70,8 @@ void run_eval(const EvalArguments& arguments) {
 }  // namespace
 
 void add_eval_verb(CLI::App& app) {
-  CLI::App* verb =
-      app.add_subcommand("eval", "Compare trajectories with ground truth: ATE and RPE as the TUM benchmark defines them");
+  CLI::App* verb = app.add_subcommand(
+      "eval", "Compare trajectories with ground truth: ATE and RPE as the TUM benchmark defines them");
   const auto arguments = std::make_shared<EvalArguments>();
   verb->add_option("groundtruth", arguments->ground_truth, "Ground truth, TUM format")
       ->type_name("FILE")

@@ -60,7 +60,8 @@ void check_verb(const CLI::App& app, int argc, char** argv) {
 void add_common_options(CLI::App& app) {
   app.set_version_flag("--version", fmt::format("ipl_slam {}", kVersion), "Print the version and exit");
   auto* quiet = app.add_flag_callback(
-      "-q,--quiet", [] { set_log_level(LogLevel::kQuiet); }, "No progress, no remarks: results and errors only");
+      "-q,--quiet", [] { set_log_level(LogLevel::kQuiet); },
+      "No progress, no remarks: results and errors only");
   app.add_flag_callback(
          "-v,--verbose", [] { set_log_level(LogLevel::kVerbose); }, "Say more, on stderr")
       ->excludes(quiet);

@@ -91,10 +91,9 @@ void judge(const SequenceRun& result, const RunOptions& options, const Config& c
   if (result.interrupted) {
     log().warn("interrupted; the results cover what was read until then");
   } else if (result.frames.empty()) {
-    throw UserError(
-        fmt::format("'{}': none of its {} frames could be used ({}); check the images and --camera",
-                    options.sequence.folder.string(), result.skipped.size(),
-                    fmt::join(skip_lines(result), "; ")));
+    throw UserError(fmt::format(
+        "'{}': none of its {} frames could be used ({}); check the images and --camera",
+        options.sequence.folder.string(), result.skipped.size(), fmt::join(skip_lines(result), "; ")));
   } else if (result.count(TrackingState::kTracking) == 0) {
     log().warn(
         "no map could be started and the trajectory is empty: none of {} frames had {} keypoints with depth "
@@ -143,9 +142,8 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
   }
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
     write_image_atomically(output / "map.png", draw_map_view(map, trajectory));
-    write_file_atomically(
-        output / "summary.json",
-        json_text(run_summary(result, setting, map, evaluation ? &*evaluation : nullptr)));
+    write_file_atomically(output / "summary.json",
+                          json_text(run_summary(result, setting, map, evaluation ? &*evaluation : nullptr)));
     fmt::print("{}", run_text(result, map));
   });
   if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
@@ -157,7 +155,8 @@ void run(const RunOptions& options) {
   if (options.realtime) config.schedule.mode = "realtime";
   if (options.threads > 0) config.schedule.threads = options.threads;
   const Camera camera = options.sequence.load_camera();
-  auto dataset = std::make_unique<TumDataset>(options.sequence.folder, camera, options.sequence.dataset_options());
+  auto dataset =
+      std::make_unique<TumDataset>(options.sequence.folder, camera, options.sequence.dataset_options());
   const RunSetting setting{options.sequence.folder.string(), options.sequence.preset, camera, config,
                            dataset->unpaired_color()};
   if (setting.unpaired_color > 0 && says_remarks()) {
@@ -201,7 +200,8 @@ void add_run_verb(CLI::App& app) {
       "--realtime", options->realtime,
       "Play at recorded speed, with mapping on its own thread; frames that come too late are dropped and "
       "counted, and no two runs are alike");
-  verb->add_option("--threads", options->threads, "Threads inside a stage, 1 to 64; the result does not depend on it (default: 1)")
+  verb->add_option("--threads", options->threads,
+                   "Threads inside a stage, 1 to 64; the result does not depend on it (default: 1)")
       ->type_name("N")
       ->check(CLI::Range(1, 64));
   verb->callback([options] { run(*options); });

@@ -46,8 +46,8 @@ void SequenceOptions::add_to(CLI::App& verb) {
 Camera SequenceOptions::load_camera() const {
   if (!camera.empty()) return ipl_slam::load_camera(camera);
   if (!std::filesystem::is_directory(folder)) {
-    throw UserError(
-        fmt::format("no such folder: '{}'; give the folder that holds rgb.txt and depth.txt", folder.string()));
+    throw UserError(fmt::format("no such folder: '{}'; give the folder that holds rgb.txt and depth.txt",
+                                folder.string()));
   }
   const auto guess = guess_camera(folder);
   if (!guess) {

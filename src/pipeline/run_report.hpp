@@ -24,7 +24,8 @@ struct RunSetting {
                                                  const Map& map, const Evaluation* evaluation);
 /// The content of timings.csv: one line per processed frame, times in milliseconds.
 [[nodiscard]] std::string timings_csv(const SequenceRun& run);
-/// "2 x missing color image, e.g. room/rgb/3.png: no such file": a line per reason; empty if none was skipped.
+/// "2 x missing color image, e.g. room/rgb/3.png: no such file": a line per reason; empty if none was
+/// skipped.
 [[nodiscard]] std::vector<std::string> skip_lines(const SequenceRun& run);
 /// The same summary in a few lines for the terminal.
 [[nodiscard]] std::string run_text(const SequenceRun& run, const Map& map);
