@@ -19,7 +19,11 @@ class MadeSequence {
  public:
   static constexpr int kFrames = 10;
 
-  MadeSequence() { write_sequence(SyntheticSource(small_room(kFrames)), folder_ / "room", {.threads = 2}); }
+  MadeSequence() {
+    SequenceWriteOptions options;
+    options.threads = 2;
+    write_sequence(SyntheticSource(small_room(kFrames)), folder_ / "room", options);
+  }
 
   [[nodiscard]] std::filesystem::path path() const { return folder_ / "room"; }
   [[nodiscard]] std::filesystem::path output() const { return folder_ / "run"; }

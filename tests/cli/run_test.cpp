@@ -58,7 +58,9 @@ void expect_complete(const fs::path& output, std::size_t poses) {
   for (const auto& entry : fs::directory_iterator(output)) {
     EXPECT_THAT(entry.path().filename().string(), Not(StartsWith("."))) << "a temporary file was left";
   }
-  if (poses > 0) EXPECT_EQ(read_trajectory(output / "trajectory.txt").size(), poses);
+  if (poses > 0) {
+    EXPECT_EQ(read_trajectory(output / "trajectory.txt").size(), poses);
+  }
   EXPECT_TRUE(summary(output).contains("frames"));
 }
 
