@@ -42,7 +42,7 @@ void bench_tracking(const SequenceOptions& options) {
   config.schedule.mode = "lockstep";
   config.schedule.threads = 1;
   const Camera camera = options.load_camera();
-  TumDataset source(options.folder, camera, options.dataset);
+  TumDataset source(options.folder, camera, options.dataset_options());
   Pipeline pipeline(camera, config);
   const cv::Ptr<cv::ORB> reference =
       cv::ORB::create(config.orb.features, static_cast<float>(config.orb.scale_factor), config.orb.levels);

@@ -25,6 +25,7 @@ void print_config(const ConfigArguments& arguments) {
   Config config = preset(arguments.preset_name);
   if (!arguments.file.empty()) load_options(config, arguments.file);
   for (const std::string& assignment : arguments.assignments) set_option(config, assignment);
+  check(config);
 
   const OptionTable table = option_table(config);
   if (arguments.markdown) {

@@ -8,9 +8,11 @@
 #include <fmt/format.h>
 
 #include "common/atomic_file.hpp"
+#include "common/log.hpp"
 #include "dataset/trajectory.hpp"
 #include "evaluation/report.hpp"
 #include "evaluation/trajectory_plot.hpp"
+#include "output.hpp"
 #include "verbs.hpp"
 
 namespace ipl_slam::cli {
@@ -26,11 +28,7 @@ struct EvalArguments {
 Trajectory read_and_report(const std::string& file) {
   std::size_t rejected = 0;
   Trajectory trajectory = read_trajectory(file, &rejected);
-  if (rejected > 0) {
-    fmt::print(stderr,
-               "ipl_slam: '{}': {} lines left out (NaN, zero quaternion, duplicate or backward timestamp)\n",
-               file, rejected);
-  }
+  if (rejected > 0) log().warn("{}", rejected_lines(file, rejected));
   return trajectory;
 }
 
@@ -60,7 +58,7 @@ void run_eval(const EvalArguments& arguments) {
     style.title = std::filesystem::path(names[shown]).filename().string();
     write_trajectory_plot(arguments.plot, ground_truth, trajectories[shown], evaluations[shown].ate, style);
   }
-  const std::string json = evaluation_json(evaluations).dump(2) + "\n";
+  const std::string json = json_text(evaluation_json(evaluations));
   if (arguments.json == "-") {
     fmt::print("{}", json);  // alone, so that another program can read it
     return;
@@ -72,19 +70,25 @@ void run_eval(const EvalArguments& arguments) {
 }  // namespace
 
 void add_eval_verb(CLI::App& app) {
-  CLI::App* verb =
-      app.add_subcommand("eval", "compare trajectories with ground truth: ATE and RPE as the TUM benchmark");
+  CLI::App* verb = app.add_subcommand(
+      "eval", "Compare trajectories with ground truth: ATE and RPE as the TUM benchmark defines them");
   const auto arguments = std::make_shared<EvalArguments>();
-  verb->add_option("groundtruth", arguments->ground_truth, "ground truth, TUM format")->required();
+  verb->add_option("groundtruth", arguments->ground_truth, "Ground truth, TUM format")
+      ->type_name("FILE")
+      ->required();
   verb->add_option("trajectory", arguments->trajectories,
-                   "estimated trajectories, TUM format; several give mean and std")
+                   "Estimated trajectories, TUM format; several give mean and std")
+      ->type_name("FILE")
       ->required();
   verb->add_option("--json", arguments->json,
-                   "write the figures as JSON to this file; - prints them instead of the table");
+                   "Write the figures as JSON to this file; - prints them instead of the table")
+      ->type_name("FILE");
   verb->add_option("--plot", arguments->plot,
-                   "draw the trajectory (of several, the one with the median ATE) to this PNG");
+                   "Draw the trajectory (of several, the one with the median ATE) to this PNG")
+      ->type_name("FILE");
   verb->add_option("--max-difference", arguments->max_difference,
-                   "poses further apart in time are not compared, s")
+                   "Poses further apart in time are not compared, s")
+      ->type_name("SECONDS")
       ->check(CLI::Range(1e-9, 10.0))
       ->capture_default_str();
   verb->callback([arguments] { run_eval(*arguments); });

@@ -10,7 +10,6 @@
 #include <ipl_slam/error.hpp>
 #include <ipl_slam/version.hpp>
 
-#include "common/interrupt.hpp"
 #include "common/log.hpp"
 #include "common/nearest_name.hpp"
 #include "verbs.hpp"
@@ -24,7 +23,7 @@ int& exit_code() {
 
 namespace {
 
-constexpr int kInternalError = 1, kUserError = 2, kInterrupted = 130;
+constexpr int kInternalError = 1, kUserError = 2;
 
 constexpr const char* kFooter = R"(Examples:
   ipl_slam run rgbd_dataset_freiburg1_desk -o out/desk   track and map a recorded sequence
@@ -61,9 +60,10 @@ void check_verb(const CLI::App& app, int argc, char** argv) {
 void add_common_options(CLI::App& app) {
   app.set_version_flag("--version", fmt::format("ipl_slam {}", kVersion), "Print the version and exit");
   auto* quiet = app.add_flag_callback(
-      "-q,--quiet", [] { set_log_level(LogLevel::kQuiet); }, "Say nothing but errors on stderr");
+      "-q,--quiet", [] { set_log_level(LogLevel::kQuiet); },
+      "No progress, no remarks: results and errors only");
   app.add_flag_callback(
-         "-v,--verbose", [] { set_log_level(LogLevel::kVerbose); }, "Say more on stderr")
+         "-v,--verbose", [] { set_log_level(LogLevel::kVerbose); }, "Say more, on stderr")
       ->excludes(quiet);
   // The options above may stand after the verb, too.
   app.fallthrough();
@@ -103,7 +103,14 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return report(app, error);
   }
-  return exit_code() == 0 && interrupted() ? kInterrupted : exit_code();
+  return exit_code();
+}
+
+// Whether everything printed was taken by whoever reads it; says so if not.
+bool output_arrived() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
+  fmt::print(stderr, "ipl_slam: cannot write to standard output; is the disk full?\n");
+  return false;
 }
 
 }  // namespace
@@ -115,11 +122,13 @@ int main(int argc, char** argv) {
   // ThreadSanitizer, which cannot see into the library they come from, reports races or hangs.
   cv::setNumThreads(1);
   try {
-    return run(argc, argv);
+    const int code = run(argc, argv);
+    return code == 0 && !output_arrived() ? kUserError : code;
   } catch (const ipl_slam::UserError& error) {
     fmt::print(stderr, "ipl_slam: {}\n", error.what());
     return kUserError;
   } catch (const std::exception& error) {
+    if (!output_arrived()) return kUserError;  // fmt throws where stdout takes no more
     fmt::print(stderr, "ipl_slam: internal error: {}\n", error.what());
     return kInternalError;
   }

@@ -1,4 +1,5 @@
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,7 @@
 #include "dataset/trajectory.hpp"
 #include "evaluation/report.hpp"
 #include "evaluation/trajectory_plot.hpp"
+#include "output.hpp"
 #include "pipeline/map_view.hpp"
 #include "pipeline/realtime_source.hpp"
 #include "pipeline/run_report.hpp"
@@ -31,49 +33,80 @@ struct RunOptions {
   int threads = 0;
 };
 
-// Fails now rather than after an hour of tracking.
-void prepare_output(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) {
-    throw UserError(fmt::format("{}: cannot create the output folder ({}); choose another with -o",
-                                folder.string(), error.message()));
-  }
-  const fs::path probe = folder / "summary.json";
-  if (!fs::exists(probe)) {
+// A place for the results, proven writable: better to fail now than after an hour of tracking.
+class OutputFolder {
+ public:
+  explicit OutputFolder(fs::path folder) : folder_(std::move(folder)) {
+    std::error_code error;
+    created_ = fs::create_directories(folder_, error);
+    if (error) {
+      throw UserError(fmt::format("cannot create the output folder '{}': {}; choose another with -o",
+                                  folder_.string(), error.message()));
+    }
+    const fs::path probe = folder_ / "summary.json";
+    if (fs::exists(probe)) return;
     write_file_atomically(probe, "{}\n");
     fs::remove(probe);
   }
-}
+
+  [[nodiscard]] fs::path operator/(const char* name) const { return folder_ / name; }
+  [[nodiscard]] const fs::path& path() const { return folder_; }
+
+  /// For a run that has nothing to write.
+  void leave_no_trace() const {
+    std::error_code ignored;
+    if (created_) fs::remove(folder_, ignored);
+  }
+  /// Takes away what a run before this one left and this one may not replace. The summary goes too: it is
+  /// written last, so where it is, everything beside it is of the same run.
+  void make_way() const {
+    std::error_code ignored;
+    for (const char* name : {"summary.json", "trajectory.png"}) fs::remove(folder_ / name, ignored);
+  }
+
+ private:
+  fs::path folder_;
+  bool created_ = false;
+};
 
 SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_t max_frames) {
   const std::size_t total = max_frames > 0 && max_frames < source.size() ? max_frames : source.size();
-  ProgressBar bar("tracking", total);
-  std::size_t lost = 0, skipped = 0, seen = 0;
-  const auto stop = [&] { return interrupted() || (max_frames > 0 && seen >= max_frames); };
-  SequenceRun run = run_sequence(source, pipeline, stop, [&](const SequenceRun& so_far) {
-    ++seen;
-    if (!so_far.frames.empty() && so_far.frames.size() + so_far.skipped.size() == seen) {
-      lost = so_far.count(TrackingState::kLost);
+  std::optional<ProgressBar> bar;
+  if (says_remarks()) bar.emplace("tracking", total);
+  std::size_t lost = 0, seen_frames = 0;
+  const auto progress = [&](const SequenceRun& run) {
+    if (!bar) return;
+    if (run.frames.size() > seen_frames && run.frames.back().result.state == TrackingState::kLost) ++lost;
+    seen_frames = run.frames.size();
+    if (lost + run.skipped.size() > 0) {
+      bar->set_note(fmt::format("{} lost, {} skipped", lost, run.skipped.size()));
     }
-    skipped = so_far.skipped.size();
-    if (lost + skipped > 0) bar.set_note(fmt::format("{} lost, {} skipped", lost, skipped));
-    bar.advance();
-  });
-  run.interrupted = interrupted();
-  return run;
+    bar->advance();
+  };
+  return run_sequence(source, pipeline, interrupted, progress, max_frames);
 }
 
-// Compares with groundtruth.txt, if there is one, and draws both paths.
-std::optional<Evaluation> evaluate_run(const std::optional<fs::path>& ground_truth,
-                                       const Trajectory& trajectory, const RunOptions& options) {
-  if (!ground_truth) return std::nullopt;
+// Says what went wrong with the sequence as a whole.
+void judge(const SequenceRun& result, const RunOptions& options, const Config& config) {
+  if (result.interrupted) {
+    log().warn("interrupted; the results cover what was read until then");
+  } else if (result.frames.empty()) {
+    throw UserError(fmt::format(
+        "'{}': none of its {} frames could be used ({}); check the images and --camera",
+        options.sequence.folder.string(), result.skipped.size(), fmt::join(skip_lines(result), "; ")));
+  } else if (result.count(TrackingState::kTracking) == 0) {
+    log().warn(
+        "no map could be started and the trajectory is empty: none of {} frames had {} keypoints with depth "
+        "(tracking.min_initial_depths); check the depth images and the camera's depth_scale",
+        result.frames.size(), config.tracking.min_initial_depths);
+  }
+}
+
+// Compares with groundtruth.txt, if there is one.
+std::optional<Evaluation> evaluate_run(const std::optional<Trajectory>& truth, const Trajectory& trajectory) {
+  if (!truth || trajectory.empty()) return std::nullopt;
   try {
-    const Trajectory truth = read_trajectory(*ground_truth);
-    Evaluation evaluation = evaluate(truth, trajectory, "run");
-    write_trajectory_plot(options.output / "trajectory.png", truth, trajectory, evaluation.ate,
-                          {.title = fs::weakly_canonical(options.sequence.folder).filename().string()});
-    return evaluation;
+    return evaluate(*truth, trajectory, "run");
   } catch (const UserError& error) {
     // The run itself is good; only its accuracy stays unknown.
     log().warn("no evaluation: {}", error.what());
@@ -81,39 +114,74 @@ std::optional<Evaluation> evaluate_run(const std::optional<fs::path>& ground_tru
   }
 }
 
+// The ground truth of a sequence. Without a usable one the run is as good; only its accuracy stays unknown.
+std::optional<Trajectory> read_ground_truth(const std::optional<fs::path>& file) {
+  if (!file) return std::nullopt;
+  try {
+    std::size_t rejected = 0;
+    Trajectory truth = read_trajectory(*file, &rejected);
+    if (rejected > 0) log().warn("{}", rejected_lines(file->string(), rejected));
+    return truth;
+  } catch (const UserError& error) {
+    log().warn("no evaluation: {}", error.what());
+    return std::nullopt;
+  }
+}
+
+void write_results(const OutputFolder& output, const SequenceRun& result, const RunSetting& setting,
+                   const std::optional<Trajectory>& truth, const Pipeline& pipeline) {
+  const Trajectory trajectory = pipeline.trajectory();
+  const std::optional<Evaluation> evaluation = evaluate_run(truth, trajectory);
+  output.make_way();
+  write_trajectory(output / "trajectory.txt", trajectory);
+  write_trajectory(output / "keyframes.txt", pipeline.keyframe_trajectory());
+  write_file_atomically(output / "timings.csv", timings_csv(result));
+  if (evaluation) {
+    write_trajectory_plot(output / "trajectory.png", *truth, trajectory, evaluation->ate,
+                          {.title = fs::weakly_canonical(setting.sequence).filename().string()});
+  }
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
+    write_image_atomically(output / "map.png", draw_map_view(map, trajectory));
+    write_file_atomically(output / "summary.json",
+                          json_text(run_summary(result, setting, map, evaluation ? &*evaluation : nullptr)));
+    fmt::print("{}", run_text(result, map));
+  });
+  if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
+  fmt::print("results in {}\n", output.path().string());
+}
+
 void run(const RunOptions& options) {
   Config config = options.sequence.load_config();
   if (options.realtime) config.schedule.mode = "realtime";
   if (options.threads > 0) config.schedule.threads = options.threads;
   const Camera camera = options.sequence.load_camera();
-  auto dataset = std::make_unique<TumDataset>(options.sequence.folder, camera, options.sequence.dataset);
-  const std::optional<fs::path> ground_truth = dataset->ground_truth();
-  prepare_output(options.output);
+  auto dataset =
+      std::make_unique<TumDataset>(options.sequence.folder, camera, options.sequence.dataset_options());
+  const RunSetting setting{options.sequence.folder.string(), options.sequence.preset, camera, config,
+                           dataset->unpaired_color()};
+  if (setting.unpaired_color > 0 && says_remarks()) {
+    fmt::print("{} color images have no depth image within {} s and are left out\n", setting.unpaired_color,
+               options.sequence.dataset.max_difference);
+  }
+  const std::optional<Trajectory> truth = read_ground_truth(dataset->ground_truth());
+  const OutputFolder output(options.output);
   install_interrupt_handler();
 
   std::unique_ptr<RgbdSource> source = std::make_unique<PrefetchingSource>(std::move(dataset));
   if (options.realtime) {
-    source = std::make_unique<RealtimeSource>(std::move(source),
-                                              static_cast<std::size_t>(config.schedule.frame_queue));
+    source = std::make_unique<RealtimeSource>(
+        std::move(source), static_cast<std::size_t>(config.schedule.frame_queue), interrupted);
   }
   Pipeline pipeline(camera, config);
   const SequenceRun result = run_with_progress(*source, pipeline, options.sequence.max_frames);
-
-  const Trajectory trajectory = pipeline.trajectory();
-  write_trajectory(options.output / "trajectory.txt", trajectory);
-  write_trajectory(options.output / "keyframes.txt", pipeline.keyframe_trajectory());
-  write_file_atomically(options.output / "timings.csv", timings_csv(result));
-  const std::optional<Evaluation> evaluation = evaluate_run(ground_truth, trajectory, options);
-  const RunSetting setting{options.sequence.folder.string(), options.sequence.preset, camera, config};
-  pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
-    write_image_atomically(options.output / "map.png", draw_map_view(map, trajectory));
-    write_file_atomically(
-        options.output / "summary.json",
-        run_summary(result, setting, map, evaluation ? &*evaluation : nullptr).dump(2) + "\n");
-    fmt::print("{}", run_text(result, map));
-  });
-  if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
-  fmt::print("results in {}\n", options.output.string());
+  try {
+    judge(result, options, config);
+  } catch (const UserError&) {
+    output.leave_no_trace();
+    throw;
+  }
+  write_results(output, result, setting, truth, pipeline);
+  if (result.interrupted) exit_code() = kInterrupted;
 }
 
 }  // namespace
@@ -123,12 +191,18 @@ void add_run_verb(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   options->sequence.add_to(*verb);
   verb->add_option("-o,--output", options->output,
-                   "Folder for trajectory.txt, keyframes.txt, summary.json, timings.csv and pictures")
+                   "Folder for the results, made if need be: trajectory.txt, keyframes.txt, timings.csv, "
+                   "map.png, summary.json and, with ground truth, trajectory.png")
+      ->type_name("RUN_DIR")
+      ->check(not_empty())
       ->required();
   verb->add_flag(
       "--realtime", options->realtime,
-      "Play at recorded speed with mapping on its own thread; late frames are dropped and counted");
-  verb->add_option("--threads", options->threads, "Threads inside a stage; does not change the result")
+      "Play at recorded speed, with mapping on its own thread; frames that come too late are dropped and "
+      "counted, and no two runs are alike");
+  verb->add_option("--threads", options->threads,
+                   "Threads inside a stage, 1 to 64; the result does not depend on it (default: 1)")
+      ->type_name("N")
       ->check(CLI::Range(1, 64));
   verb->callback([options] { run(*options); });
 }

@@ -5,50 +5,82 @@
 #include <ipl_slam/error.hpp>
 
 #include "dataset/camera_config.hpp"
+#include "output.hpp"
 
 namespace ipl_slam::cli {
 
+CLI::Validator not_empty() {
+  return {[](const std::string& word) { return word.empty() ? "a path is wanted, not nothing" : ""; }, ""};
+}
+
 void SequenceOptions::add_to(CLI::App& verb) {
   verb.add_option("sequence", folder,
-                  "Folder in TUM RGB-D layout (rgb.txt and depth.txt, or associations.txt)")
+                  "Folder in TUM RGB-D layout: rgb.txt and depth.txt, or associations.txt")
+      ->type_name("FOLDER")
+      ->check(not_empty())
       ->required();
-  verb.add_option(
-      "--camera", camera,
-      "Camera: tum1, tum2, tum3, bonn or a YAML file; default: camera.yaml in the folder, or by its name");
-  verb.add_option("--preset", preset, "Settings to start from: default or paper")->capture_default_str();
-  verb.add_option("--config", config_file, "YAML file with settings that differ (see 'ipl_slam config')");
+  verb.add_option("--camera", camera,
+                  "tum1, tum2, tum3, bonn or a YAML file (default: camera.yaml in the sequence's folder, or "
+                  "what its name says)")
+      ->type_name("NAME|FILE");
+  verb.add_option("--preset", preset,
+                  "Settings to start from: default (what measured best) or paper (what the paper says)")
+      ->type_name("NAME")
+      ->capture_default_str();
+  verb.add_option("--config", config_file, "YAML file with settings that differ (see 'ipl_slam config')")
+      ->type_name("FILE");
   verb.add_option("--set", settings,
                   "One setting, KEY=VALUE, e.g. --set orb.features=1500; may be given again")
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   verb.add_option("--associations", dataset.associations,
-                  "File with ready colour-depth pairs, in the folder or elsewhere");
-  verb.add_option("--max-frames", max_frames, "Stop after this many frames; 0 = all")->capture_default_str();
+                  "File with ready color-depth pairs, in the sequence's folder or elsewhere")
+      ->type_name("FILE");
+  verb.add_option("--max-frames", max_frames, "Stop after this many frames; 0 = all")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
 }
 
 Camera SequenceOptions::load_camera() const {
   if (!camera.empty()) return ipl_slam::load_camera(camera);
   if (!std::filesystem::is_directory(folder)) {
-    throw UserError(
-        fmt::format("{}: no such folder; give the folder that holds rgb.txt and depth.txt", folder.string()));
+    throw UserError(fmt::format("no such folder: '{}'; give the folder that holds rgb.txt and depth.txt",
+                                folder.string()));
   }
   const auto guess = guess_camera(folder);
   if (!guess) {
     throw UserError(
-        fmt::format("{}: cannot tell the camera from the folder's name; give --camera tum1, tum2, tum3, "
+        fmt::format("'{}': cannot tell the camera from the folder's name; give --camera tum1, tum2, tum3, "
                     "bonn or a YAML file",
                     folder.string()));
   }
   const Camera found = ipl_slam::load_camera(*guess);
-  fmt::print("camera: {} (guessed from the folder; --camera chooses another)\n", *guess);
+  if (says_remarks()) {
+    const bool file = std::filesystem::path(*guess).has_extension();
+    fmt::print("camera: {} ({}; --camera chooses another)\n", *guess,
+               file ? "found in the folder" : "guessed from the folder's name");
+  }
   return found;
+}
+
+TumDatasetOptions SequenceOptions::dataset_options() const {
+  TumDatasetOptions resolved = dataset;
+  const std::filesystem::path& file = dataset.associations;
+  std::error_code error;
+  if (!file.empty() && !std::filesystem::exists(folder / file, error) &&
+      std::filesystem::exists(file, error)) {
+    resolved.associations = std::filesystem::absolute(file).string();
+  }
+  return resolved;
 }
 
 Config SequenceOptions::load_config() const {
   Config config = ipl_slam::preset(preset);
   if (!config_file.empty()) load_options(config, config_file);
   for (const std::string& setting : settings) set_option(config, setting);
+  check(config);
   return config;
 }
 

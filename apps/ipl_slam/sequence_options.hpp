@@ -13,6 +13,9 @@
 
 namespace ipl_slam::cli {
 
+/// Refuses an empty word where a path is wanted.
+[[nodiscard]] CLI::Validator not_empty();
+
 /// The options of every verb that runs the system on a sequence, and what they stand for.
 struct SequenceOptions {
   std::filesystem::path folder;
@@ -26,6 +29,8 @@ struct SequenceOptions {
   void add_to(CLI::App& verb);
   /// The camera asked for, or the one guessed from the folder; prints which.
   [[nodiscard]] Camera load_camera() const;
+  /// What to read, with an associations file that was given relative to the present folder made absolute.
+  [[nodiscard]] TumDatasetOptions dataset_options() const;
   /// Preset, then the file, then the single settings.
   [[nodiscard]] Config load_config() const;
 };

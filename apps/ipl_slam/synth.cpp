@@ -1,6 +1,7 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 #include "common/progress.hpp"
 #include "dataset/synthetic/synthetic_source.hpp"
 #include "dataset/synthetic/write_sequence.hpp"
+#include "output.hpp"
 #include "verbs.hpp"
 
 namespace ipl_slam::cli {
@@ -38,10 +40,13 @@ void run_synth(SynthArguments& a) {
   a.write.made_by = command_of(a);
   const auto start = std::chrono::steady_clock::now();
   const SyntheticSource source(a.options);
-  ProgressBar bar("rendering", source.size());
-  a.write.frame_done = [&bar] { bar.advance(); };
+  std::optional<ProgressBar> bar;
+  if (says_remarks()) bar.emplace("rendering", source.size());
+  a.write.frame_done = [&bar] {
+    if (bar) bar->advance();
+  };
   write_sequence(source, a.folder, a.write);
-  bar.finish();
+  bar.reset();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   fmt::print("{}: {} frames of {}x{} in {:.1f} s\n", a.folder, source.size(), a.options.width,
              a.options.height, took.count());

@@ -13,6 +13,9 @@ void add_synth_verb(CLI::App& app);
 void add_config_verb(CLI::App& app);
 void add_bench_verb(CLI::App& app);
 
+/// Ctrl-C ended the work early; what was done is written.
+constexpr int kInterrupted = 130;
+
 /// What the process will exit with when no exception ends it; 0 unless a verb sets it.
 int& exit_code();
 

@@ -23,4 +23,13 @@ Config preset(std::string_view name) {
   throw UserError(fmt::format("unknown preset '{}': use default or paper", name));
 }
 
+void check(const Config& config) {
+  check_options(config);
+  if (config.orb.fast_min_threshold > config.orb.fast_threshold) {
+    throw UserError(fmt::format(
+        "orb.fast_min_threshold ({}) is above orb.fast_threshold ({}); lower the one or raise the other",
+        config.orb.fast_min_threshold, config.orb.fast_threshold));
+  }
+}
+
 }  // namespace ipl_slam

@@ -58,5 +58,7 @@ struct Config {
 /// ORB-SLAM2, which it builds on, have it. Throws UserError for any other name.
 [[nodiscard]] Config preset(std::string_view name);
 [[nodiscard]] std::vector<std::string> preset_names();
+/// Throws UserError for values that cannot stand together, though each is in its range.
+void check(const Config& config);
 
 }  // namespace ipl_slam

@@ -1,11 +1,13 @@
 #include "pipeline/realtime_source.hpp"
 
-#include <chrono>
+#include <algorithm>
+#include <utility>
 
 namespace ipl_slam {
 
-RealtimeSource::RealtimeSource(std::unique_ptr<RgbdSource> inner, std::size_t queue)
-    : inner_(std::move(inner)), queue_(queue) {}
+RealtimeSource::RealtimeSource(std::unique_ptr<RgbdSource> inner, std::size_t queue,
+                               std::function<bool()> stop)
+    : inner_(std::move(inner)), asked_to_stop_(std::move(stop)), queue_(queue) {}
 
 RealtimeSource::~RealtimeSource() {
   {
@@ -21,7 +23,10 @@ std::optional<SourceItem> RealtimeSource::next() {
   if (!thread_.joinable()) thread_ = std::thread([this] { play(); });
   if (auto item = take_dropped()) return item;
   if (auto item = queue_.pop()) return item;
-  return take_dropped();
+  if (auto item = take_dropped()) return item;
+  std::lock_guard lock(mutex_);
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  return std::nullopt;
 }
 
 std::optional<SourceItem> RealtimeSource::take_dropped() {
@@ -33,6 +38,29 @@ std::optional<SourceItem> RealtimeSource::take_dropped() {
 }
 
 void RealtimeSource::play() {
+  try {
+    play_all();
+  } catch (...) {
+    std::lock_guard lock(mutex_);
+    failure_ = std::current_exception();
+  }
+  queue_.close();
+}
+
+// False when playing shall end.
+bool RealtimeSource::wait_until(std::chrono::steady_clock::time_point due) {
+  constexpr std::chrono::milliseconds asking_interval(50);
+  std::unique_lock lock(mutex_);
+  while (!stop_) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now >= due) return true;
+    if (asked_to_stop_ && asked_to_stop_()) return false;
+    stopped_.wait_until(lock, std::min(due, now + asking_interval));
+  }
+  return false;
+}
+
+void RealtimeSource::play_all() {
   using Clock = std::chrono::steady_clock;
   std::optional<Clock::time_point> start;
   double first = 0.0;
@@ -43,10 +71,7 @@ void RealtimeSource::play() {
     }
     const auto due = *start + std::chrono::duration_cast<Clock::duration>(
                                   std::chrono::duration<double>(item->timestamp - first));
-    {
-      std::unique_lock lock(mutex_);
-      if (stopped_.wait_until(lock, due, [&] { return stop_; })) return;
-    }
+    if (!wait_until(due)) return;
     if (auto late = queue_.push_dropping_oldest(std::move(*item))) {
       if (late->frame) {
         late->frame.reset();
@@ -56,7 +81,6 @@ void RealtimeSource::play() {
       dropped_.push_back(std::move(*late));
     }
   }
-  queue_.close();
 }
 
 }  // namespace ipl_slam

@@ -112,7 +112,8 @@ Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& m
             {"tracked", run.count(TrackingState::kTracking)},
             {"lost", run.count(TrackingState::kLost)},
             {"initializing", run.count(TrackingState::kInitializing)},
-            {"skipped", skips_json(run)}}},
+            {"skipped", skips_json(run)},
+            {"unpaired_color", setting.unpaired_color}}},
           {"map", {{"keyframes", map.keyframes().size()}, {"landmarks", map.points().size()}}},
           {"evaluation", evaluation ? evaluation_json(*evaluation) : Json(nullptr)},
           {"seconds", run.seconds},
@@ -135,6 +136,21 @@ std::string timings_csv(const SequenceRun& run) {
   return csv;
 }
 
+std::vector<std::string> skip_lines(const SequenceRun& run) {
+  std::map<std::string, std::pair<std::size_t, std::string>> reasons;  // count and first detail
+  for (const SkippedFrame& s : run.skipped) {
+    auto& [count, detail] = reasons[s.reason];
+    if (count++ == 0) detail = s.detail;
+  }
+  std::vector<std::string> lines;
+  for (const auto& [reason, found] : reasons) {
+    const auto& [count, detail] = found;
+    lines.push_back(fmt::format("{} x {}", count, reason));
+    if (!detail.empty()) lines.back() += (count > 1 ? ", e.g. " : ": ") + detail;
+  }
+  return lines;
+}
+
 std::string run_text(const SequenceRun& run, const Map& map) {
   std::string text = fmt::format("{} frames: {} tracked, {} lost, {} skipped; {} keyframes, {} landmarks\n",
                                  run.frames.size() + run.skipped.size(), run.count(TrackingState::kTracking),
@@ -143,7 +159,7 @@ std::string run_text(const SequenceRun& run, const Map& map) {
   if (const std::size_t waiting = run.count(TrackingState::kInitializing)) {
     text += fmt::format("  {} frames before a map could be started\n", waiting);
   }
-  for (const auto& [reason, count] : skips_by_reason(run)) text += fmt::format("  {} x {}\n", count, reason);
+  for (const std::string& line : skip_lines(run)) text += fmt::format("  {}\n", line);
   text += fmt::format("{:.1f} s, {:.1f} frames/s, peak memory {} MiB\n", run.seconds, frames_per_second(run),
                       process_memory().peak >> 20U);
   return text;

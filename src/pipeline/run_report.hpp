@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -15,6 +16,7 @@ struct RunSetting {
   std::string preset;
   Camera camera;
   Config config;
+  std::size_t unpaired_color = 0;  ///< colour images that were left out for want of a depth image
 };
 
 /// The content of summary.json (docs/formats.md).
@@ -22,6 +24,9 @@ struct RunSetting {
                                                  const Map& map, const Evaluation* evaluation);
 /// The content of timings.csv: one line per processed frame, times in milliseconds.
 [[nodiscard]] std::string timings_csv(const SequenceRun& run);
+/// "2 x missing color image, e.g. room/rgb/3.png: no such file": a line per reason; empty if none was
+/// skipped.
+[[nodiscard]] std::vector<std::string> skip_lines(const SequenceRun& run);
 /// The same summary in a few lines for the terminal.
 [[nodiscard]] std::string run_text(const SequenceRun& run, const Map& map);
 

@@ -13,12 +13,11 @@ std::size_t SequenceRun::count(TrackingState state) const {
 }
 
 SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const std::function<bool()>& stop,
-                         const std::function<void(const SequenceRun&)>& progress) {
+                         const std::function<void(const SequenceRun&)>& progress, std::size_t max_items) {
   SequenceRun run;
   const Stopwatch total;
-  for (std::size_t index = 0;; ++index) {
-    run.interrupted = stop();
-    if (run.interrupted) break;
+  for (std::size_t index = 0; max_items == 0 || index < max_items; ++index) {
+    if (stop()) break;
     const Stopwatch waiting;
     std::optional<SourceItem> item = source.next();
     const double load = waiting.milliseconds();
@@ -30,6 +29,7 @@ SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const std::func
     }
     progress(run);
   }
+  run.interrupted = stop();  // also where that is why the source ended
   pipeline.finish();
   run.seconds = total.milliseconds() / 1000.0;
 

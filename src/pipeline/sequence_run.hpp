@@ -35,10 +35,11 @@ struct SequenceRun {
   [[nodiscard]] std::size_t count(TrackingState state) const;
 };
 
-/// Feeds a source to the pipeline until its end, or until stop() says true, and waits for the mapper.
-/// `progress` is called after each item.
+/// Feeds a source to the pipeline until its end, until `max_items` were taken (0 = all) or until stop() says
+/// true, which counts as an interruption; then waits for the mapper. `progress` is called after each item.
 [[nodiscard]] SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline,
                                        const std::function<bool()>& stop,
-                                       const std::function<void(const SequenceRun&)>& progress);
+                                       const std::function<void(const SequenceRun&)>& progress,
+                                       std::size_t max_items = 0);
 
 }  // namespace ipl_slam

@@ -68,6 +68,7 @@ Config load_config(const SlamOptions& options) {
   Config config = preset(options.preset);
   if (!options.config_file.empty()) load_options(config, options.config_file);
   for (const std::string& setting : options.overrides) set_option(config, setting);
+  check(config);
   return config;
 }
 
@@ -120,14 +121,18 @@ TrackingResult Slam::process(const ImageView& color, const ImageView& depth, dou
   return {result.state, to_pose(result.T_wc), result.inliers, result.keyframe};
 }
 
+// With schedule.mode=realtime the mapper may still be at work: what these return is what it leaves.
 std::vector<TimedPose> Slam::trajectory() const {
+  impl_->pipeline.finish();
   return to_poses(impl_->pipeline.trajectory());
 }
 std::vector<TimedPose> Slam::keyframes() const {
+  impl_->pipeline.finish();
   return to_poses(impl_->pipeline.keyframe_trajectory());
 }
 
 void Slam::save_trajectory(const std::filesystem::path& file) const {
+  impl_->pipeline.finish();
   write_trajectory(file, impl_->pipeline.trajectory());
 }
 

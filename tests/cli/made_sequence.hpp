@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "dataset/synthetic/write_sequence.hpp"
+#include "dataset/temporary_folder.hpp"
+#include "support/rendered_sequence.hpp"
+
+namespace ipl_slam::testing {
+
+/// A rendered sequence of ten frames on disk, for a test to spoil.
+class MadeSequence {
+ public:
+  static constexpr int kFrames = 10;
+
+  MadeSequence() {
+    SequenceWriteOptions options;
+    options.threads = 2;
+    write_sequence(SyntheticSource(small_room(kFrames)), folder_ / "room", options);
+  }
+
+  [[nodiscard]] std::filesystem::path path() const { return folder_ / "room"; }
+  [[nodiscard]] std::filesystem::path output() const { return folder_ / "run"; }
+  [[nodiscard]] std::filesystem::path beside(const std::string& name) const { return folder_ / name; }
+
+  /// The image of a frame, "rgb" or "depth".
+  [[nodiscard]] std::filesystem::path image(const char* kind, int frame) const {
+    std::ifstream list(path() / fmt::format("{}.txt", kind));
+    std::string line, time, name;
+    for (int i = -1; i < frame && std::getline(list, line);) i += line.starts_with('#') ? 0 : 1;
+    return path() / line.substr(line.find(' ') + 1);
+  }
+  void write(const std::string& name, const std::string& content) const {
+    std::ofstream(path() / name, std::ios::binary) << content;
+  }
+  void append(const std::string& name, const std::string& content) const {
+    std::ofstream(path() / name, std::ios::binary | std::ios::app) << content;
+  }
+  void replace(const char* kind, int frame, const cv::Mat& by) const {
+    cv::imwrite(image(kind, frame).string(), by);
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+}  // namespace ipl_slam::testing

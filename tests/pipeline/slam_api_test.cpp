@@ -1,0 +1,183 @@
+#include <cstring>
+#include <stdexcept>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include <ipl_slam/slam.hpp>
+
+#include "dataset/temporary_folder.hpp"
+#include "pipeline/pipeline.hpp"
+#include "support/rendered_sequence.hpp"
+
+namespace ipl_slam {
+namespace {
+
+using testing::render_all;
+using testing::small_camera;
+using testing::small_room;
+using testing::TemporaryFolder;
+
+CameraParameters small_parameters() {
+  const Camera c = small_camera();
+  return {c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3, c.depth_scale};
+}
+
+SlamOptions options(const std::string& preset, const std::string& file = "",
+                    const std::string& setting = "") {
+  SlamOptions result;
+  result.preset = preset;
+  result.config_file = file;
+  if (!setting.empty()) result.overrides.push_back(setting);
+  return result;
+}
+
+ImageView view(const cv::Mat& image, PixelFormat format) {
+  return {image.data, image.cols, image.rows, image.step[0], format};
+}
+
+ImageView color_view(const RgbdFrame& frame) {
+  return view(frame.color, PixelFormat::kBgr8);
+}
+
+ImageView depth_view(const RgbdFrame& frame) {
+  return view(frame.depth, PixelFormat::kDepth16);
+}
+
+std::string file_of(const Slam& slam) {
+  const TemporaryFolder folder;
+  slam.save_trajectory(folder / "trajectory.txt");
+  return testing::content_of(folder / "trajectory.txt");
+}
+
+/// The trajectory file after all frames were given as they are.
+std::string reference(const std::vector<RgbdFrame>& frames) {
+  Slam slam(small_parameters());
+  for (const RgbdFrame& f : frames) (void)slam.process(color_view(f), depth_view(f), f.timestamp);
+  return file_of(slam);
+}
+
+TEST(SlamApi, GivesTheSamePosesAsThePipeline) {
+  const std::vector<RgbdFrame> frames = render_all(small_room(15));
+  Pipeline pipeline(small_camera(), {});
+  Slam slam(small_parameters());
+  for (const RgbdFrame& frame : frames) {
+    const FrameResult expected = pipeline.process(frame);
+    const TrackingResult result = slam.process(color_view(frame), depth_view(frame), frame.timestamp);
+    EXPECT_EQ(result.state, expected.state);
+    EXPECT_EQ(result.inliers, expected.inliers);
+    EXPECT_EQ(result.keyframe, expected.keyframe);
+    EXPECT_EQ(result.T_wc.tx, expected.T_wc.translation().x());
+    EXPECT_EQ(result.T_wc.qw, expected.T_wc.rotation().w());
+  }
+  const Trajectory expected = pipeline.trajectory();
+  const std::vector<TimedPose> poses = slam.trajectory();
+  ASSERT_EQ(poses.size(), expected.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    EXPECT_EQ(poses[i].timestamp, expected[i].timestamp);
+    EXPECT_EQ(poses[i].T_wc.tz, expected[i].T_wc.translation().z());
+  }
+  EXPECT_EQ(slam.keyframes().size(), pipeline.keyframe_trajectory().size());
+}
+
+TEST(SlamApi, TakesRgbAndLeavesTheCallersPixelsAsTheyAre) {
+  const std::vector<RgbdFrame> frames = render_all(small_room(8));
+  Slam slam(small_parameters());
+  for (const RgbdFrame& frame : frames) {
+    cv::Mat rgb;
+    cv::cvtColor(frame.color, rgb, cv::COLOR_BGR2RGB);
+    const cv::Mat before = rgb.clone(), depth_before = frame.depth.clone();
+    (void)slam.process(view(rgb, PixelFormat::kRgb8), depth_view(frame), frame.timestamp);
+    EXPECT_EQ(std::memcmp(rgb.data, before.data, rgb.total() * rgb.elemSize()), 0);
+    EXPECT_EQ(std::memcmp(frame.depth.data, depth_before.data, depth_before.total() * 2), 0);
+  }
+  EXPECT_EQ(file_of(slam), reference(frames));
+}
+
+TEST(SlamApi, ReadsRowsThatAreFurtherApartThanTheyAreLong) {
+  const std::vector<RgbdFrame> frames = render_all(small_room(8));
+  Slam slam(small_parameters());
+  for (const RgbdFrame& frame : frames) {
+    // The image is the left part of a wider one, whose rest must not be read.
+    cv::Mat wide_color(frame.color.rows, frame.color.cols + 13, CV_8UC3, cv::Scalar::all(255));
+    cv::Mat wide_depth(frame.depth.rows, frame.depth.cols + 7, CV_16UC1, cv::Scalar::all(9999));
+    const cv::Rect all(cv::Point(0, 0), frame.color.size());
+    frame.color.copyTo(wide_color(all));
+    frame.depth.copyTo(wide_depth(all));
+    (void)slam.process(view(wide_color(all), PixelFormat::kBgr8),
+                       view(wide_depth(all), PixelFormat::kDepth16), frame.timestamp);
+  }
+  EXPECT_EQ(file_of(slam), reference(frames));
+}
+
+TEST(SlamApi, ARefusedFrameCountsAsNeverGiven) {
+  const std::vector<RgbdFrame> frames = render_all(small_room(6));
+  Slam slam(small_parameters());
+  for (const RgbdFrame& f : frames) {
+    const ImageView color = color_view(f), depth = depth_view(f);
+    const auto refuses = [&](ImageView c, ImageView d, double time) {
+      EXPECT_THROW((void)slam.process(c, d, time), std::invalid_argument);
+    };
+    ImageView wrong = color;
+    wrong.data = nullptr;
+    refuses(wrong, depth, f.timestamp);
+    wrong = color;
+    wrong.width = 0;
+    refuses(wrong, depth, f.timestamp);
+    wrong = color;
+    wrong.width -= 1;
+    refuses(wrong, depth, f.timestamp);
+    wrong = color;
+    wrong.stride_bytes = static_cast<std::size_t>(wrong.width) * 3 - 1;
+    refuses(wrong, depth, f.timestamp);
+    wrong = color;
+    wrong.format = static_cast<PixelFormat>(99);
+    refuses(wrong, depth, f.timestamp);
+    refuses(depth, depth, f.timestamp);
+    refuses(color, color, f.timestamp);
+    refuses(color, ImageView{}, f.timestamp);
+    (void)slam.process(color, depth, f.timestamp);
+    refuses(color, depth, f.timestamp);
+    refuses(color, depth, f.timestamp - 1.0);
+  }
+  EXPECT_EQ(file_of(slam), reference(frames));
+}
+
+TEST(SlamApi, NamesWhatIsWrongWithCameraAndSettings) {
+  CameraParameters camera = small_parameters();
+  camera.fx = 0.0;
+  EXPECT_THROW(Slam{camera}, UserError);
+  EXPECT_THROW((void)CameraParameters::preset("tum9"), UserError);
+  EXPECT_THROW((void)CameraParameters::load("nowhere/camera.yaml"), UserError);
+  EXPECT_THROW(Slam(small_parameters(), options("fastest")), UserError);
+  EXPECT_THROW(Slam(small_parameters(), options("default", "nowhere/settings.yaml")), UserError);
+  EXPECT_THROW(Slam(small_parameters(), options("default", "", "orb.featurs=1000")), UserError);
+  EXPECT_THROW(Slam(small_parameters(), options("default", "", "orb.fast_min_threshold=200")), UserError);
+  const Slam slam(small_parameters());
+  EXPECT_THROW(slam.save_trajectory("/dev/null/trajectory.txt"), UserError);
+}
+
+TEST(SlamApi, CanBeMoved) {
+  const std::vector<RgbdFrame> frames = render_all(small_room(6));
+  Slam first(small_parameters());
+  for (std::size_t i = 0; i < 3; ++i) {
+    (void)first.process(color_view(frames[i]), depth_view(frames[i]), frames[i].timestamp);
+  }
+  Slam second(std::move(first));
+  for (std::size_t i = 3; i < 6; ++i) {
+    (void)second.process(color_view(frames[i]), depth_view(frames[i]), frames[i].timestamp);
+  }
+  EXPECT_EQ(file_of(second), reference(frames));
+}
+
+TEST(SlamApi, WaitsForARealtimeMapperBeforeItGivesResults) {
+  const std::vector<RgbdFrame> frames = render_all(small_room(15));
+  Slam slam(small_parameters(), options("default", "", "schedule.mode=realtime"));
+  for (const RgbdFrame& f : frames) (void)slam.process(color_view(f), depth_view(f), f.timestamp);
+  const std::string once = file_of(slam);
+  EXPECT_EQ(once, file_of(slam));
+}
+
+}  // namespace
+}  // namespace ipl_slam
