@@ -16,7 +16,8 @@ struct KeyframePolicyOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("max_interval", max_interval, {0.0, 3600.0, "s", "a keyframe is due at the latest after this time"});
+    v.number("max_interval", max_interval,
+             {0.0, 3600.0, "s", "a keyframe is due at the latest after this time"});
     v.number("min_interval", min_interval, {0.0, 3600.0, "s", "no keyframe sooner than this after the last"});
     v.number(
         "min_shared", min_shared,

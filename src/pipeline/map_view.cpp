@@ -61,8 +61,8 @@ void draw_grid(cv::Mat& image, const Projection& project) {
   for (double v = std::ceil((c.x - half) / step) * step; v < c.x + half; v += step) {
     const int x = project(v, 0.0).x;
     cv::line(image, {x, 0}, {x, kSize}, kGrid);
-    cv::putText(image, fmt::format("{:g} m", v + 0.0), {x + 3, kSize - 6}, cv::FONT_HERSHEY_SIMPLEX, 0.4, kText, 1,
-                cv::LINE_AA);
+    cv::putText(image, fmt::format("{:g} m", v + 0.0), {x + 3, kSize - 6}, cv::FONT_HERSHEY_SIMPLEX, 0.4,
+                kText, 1, cv::LINE_AA);
   }
   for (double v = std::ceil((c.y - half) / step) * step; v < c.y + half; v += step) {
     const int y = project(0.0, v).y;

@@ -70,7 +70,8 @@ std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const LocalMap& ma
   return std::nullopt;
 }
 
-std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const Frame& earlier, const SE3& T_earlier_w) const {
+std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const Frame& earlier,
+                                          const SE3& T_earlier_w) const {
   const Features& there = earlier.features;
   MotionEstimator estimator(camera_);
   for (const auto& [i, j] : match_brute_force(there, frame.features, options_.match)) {

@@ -39,7 +39,8 @@ class Relocalizer {
   [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const LocalMap& map,
                                              const SE3& T_cw_guess) const;
   /// T_cw of the frame from one earlier frame whose pose is known, or nothing.
-  [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const Frame& earlier, const SE3& T_earlier_w) const;
+  [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const Frame& earlier,
+                                             const SE3& T_earlier_w) const;
 
  private:
   Camera camera_;

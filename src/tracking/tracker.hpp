@@ -36,8 +36,9 @@ struct TrackerOptions {
              {1.0, 100.0, "px", "search window around a point of the last frame, at pyramid level 0"});
     v.number("min_prediction_inliers", min_prediction_inliers,
              {6, 1000, "count", "inliers with which the predicted pose is believed"});
-    v.number("confident_inliers", confident_inliers,
-             {6, 10000, "count", "with fewer, wider windows and a search without prediction are tried as well"});
+    v.number(
+        "confident_inliers", confident_inliers,
+        {6, 10000, "count", "with fewer, wider windows and a search without prediction are tried as well"});
     v.number("local_radius", local_radius,
              {1.0, 50.0, "px", "search window around a landmark of the local map, at pyramid level 0"});
     v.number("min_inliers", min_inliers,
