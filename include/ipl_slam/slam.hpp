@@ -64,11 +64,11 @@ struct IPL_SLAM_API CameraParameters {
   double k1 = 0.0, k2 = 0.0, p1 = 0.0, p2 = 0.0, k3 = 0.0;  ///< distortion; all 0 = none
   double depth_scale = 5000.0;                              ///< raw depth units per metre
 
-  /// "tum1", "tum2" or "tum3": the cameras of the TUM RGB-D benchmark's freiburg1, 2 and 3 sequences.
-  /// Throws UserError for another name.
+  /// "tum1", "tum2" or "tum3", the cameras of the TUM RGB-D benchmark's freiburg1, 2 and 3 sequences, or
+  /// "bonn", that of the Bonn RGB-D Dynamic dataset. Throws UserError for another name.
   static CameraParameters preset(const std::string& name);
-  /// Reads a YAML file with the keys width, height, fx, fy, cx, cy and, where they differ from the defaults
-  /// above, k1, k2, p1, p2, k3, depth_scale. Throws UserError naming the line of an unknown or wrong key.
+  /// Reads a YAML file with the keys width, height, fx, fy, cx, cy, depth_scale and, where the lens distorts,
+  /// k1, k2, p1, p2, k3. Throws UserError naming the line of an unknown or wrong key.
   static CameraParameters load(const std::filesystem::path& file);
 };
 

@@ -49,7 +49,7 @@ void LocalMapper::create_landmarks(KeyframeId id) {
   for (std::uint32_t k = 0; k < frame->features.size(); ++k) {
     const Keypoint& keypoint = frame->features.keypoints[k];
     if (map_.keyframes()[id].points[k].valid()) continue;
-    if (keypoint.depth <= 0.0F || keypoint.depth > options_.landmark_depth) continue;
+    if (keypoint.depth <= 0.0F) continue;
     const Eigen::Vector3d p_c = camera_.unproject(keypoint.undistorted.cast<double>(), keypoint.depth);
     landmark_culling_.watch(map_.add_point(T_wc * p_c, id, k));
   }

@@ -13,7 +13,6 @@
 namespace ipl_slam {
 
 struct MappingOptions {
-  double landmark_depth = 6.0;
   LandmarkFusionOptions fusion;
   CullingOptions culling;
   LocalBundleOptions bundle;
@@ -21,8 +20,6 @@ struct MappingOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("landmark_depth", landmark_depth,
-             {0.1, 100.0, "m", "keypoints nearer than this become landmarks"});
     v.section("fusion", fusion, "joining of landmarks that are the same");
     v.section("culling", culling, "removal of bad landmarks and redundant keyframes");
     v.section("bundle", bundle, "local bundle adjustment");

@@ -320,13 +320,14 @@ TEST(BundleAdjustment, an_abort_in_between_ends_early_with_a_state_that_is_no_wo
     const auto copy = scene.truth.observations;
     scene.truth.observations.insert(scene.truth.observations.end(), copy.begin(), copy.begin() + 960);
   }
-  // When the flag goes up is a matter of luck: later and later, until one falls between two steps.
+  // When the flag goes up is a matter of luck: later and later, until one falls between two steps. By a tenth
+  // more each time, so that a slow, instrumented build gets there soon, too.
   bool seen = false;
-  for (int tenths = 1; tenths < 5000 && !seen; ++tenths) {
+  for (double delay = 100.0; delay < 60e6 && !seen; delay *= 1.1) {
     BundleProblem problem = scene.disturbed();
     std::atomic<bool> abort = false;
     std::thread raiser([&] {
-      std::this_thread::sleep_for(std::chrono::microseconds(100) * tenths);
+      std::this_thread::sleep_for(std::chrono::duration<double, std::micro>(delay));
       abort = true;
     });
     const BundleResult result = adjust(problem, {}, &abort);
