@@ -55,21 +55,6 @@ class MotionEstimator {
 Relocalizer::Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options)
     : camera_(camera), pyramid_(pyramid), options_(options) {}
 
-std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const LocalMap& map,
-                                          const SE3& T_cw_guess) const {
-  const Eigen::Vector3d position = T_cw_guess.inverse().translation();
-  std::vector<std::pair<double, const LocalKeyframe*>> order;
-  for (const LocalKeyframe& keyframe : map.keyframes) {
-    order.emplace_back((keyframe.T_cw.inverse().translation() - position).norm(), &keyframe);
-  }
-  std::stable_sort(order.begin(), order.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  for (std::size_t i = 0; i < order.size() && i < static_cast<std::size_t>(options_.max_keyframes); ++i) {
-    if (const auto T_cw = find_pose(frame, *order[i].second->frame, order[i].second->T_cw)) return T_cw;
-  }
-  return std::nullopt;
-}
-
 std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const Frame& earlier,
                                           const SE3& T_earlier_w) const {
   const Features& there = earlier.features;

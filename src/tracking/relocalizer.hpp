@@ -3,14 +3,15 @@
 #include <optional>
 
 #include "common/options.hpp"
+#include "features/frame.hpp"
 #include "features/matcher.hpp"
+#include "features/scale_pyramid.hpp"
 #include "geometry/camera.hpp"
-#include "map/local_map.hpp"
+#include "geometry/se3.hpp"
 
 namespace ipl_slam {
 
 struct RelocalizerOptions {
-  int max_keyframes = 8;
   int min_matches = 15;
   double ransac_threshold = 3.0;
   int ransac_iterations = 300;
@@ -18,8 +19,6 @@ struct RelocalizerOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("max_keyframes", max_keyframes,
-             {1, 1000, "count", "keyframes compared with a frame that lost its place"});
     v.number("min_matches", min_matches,
              {4, 1000, "count", "matches with depth that must agree on one motion"});
     v.number("ransac_threshold", ransac_threshold,
@@ -29,16 +28,13 @@ struct RelocalizerOptions {
   }
 };
 
-/// Finds a frame's pose without a prediction, from one keyframe: descriptor matches, then the rigid motion
-/// (RANSAC) between the points that both depth images show.
+/// Finds a frame's pose without a prediction, from one earlier frame whose pose is known: descriptor matches,
+/// then the rigid motion (RANSAC) between the points that both depth images show.
 class Relocalizer {
  public:
   Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options);
 
-  /// T_cw of the frame, or nothing. Keyframes nearest to T_cw_guess are tried first.
-  [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const LocalMap& map,
-                                             const SE3& T_cw_guess) const;
-  /// T_cw of the frame from one earlier frame whose pose is known, or nothing.
+  /// T_cw of the frame, or nothing. Rough: it may rest on a few points' measured depth.
   [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const Frame& earlier,
                                              const SE3& T_earlier_w) const;
 

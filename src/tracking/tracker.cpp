@@ -31,10 +31,10 @@ TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<
   adopt(std::move(map));
 
   Placement placement = place_by_prediction(*frame);
-  if (placement.inliers < options_.confident_inliers) {
-    Placement other = place_by_descriptors(*frame);
-    if (other.inliers > placement.inliers) placement = std::move(other);
+  if (!lost() && placement.inliers < options_.confident_inliers) {
+    keep_better(placement, place_from(*frame, *last_.frame, last_.T_cw));
   }
+  if (!believed(placement.inliers)) keep_better(placement, relocalize(*frame));
   return conclude(std::move(frame), placement);
 }
 
@@ -53,7 +53,7 @@ void Tracker::adopt(std::shared_ptr<const LocalMap> map) {
 
 // Windows widen until enough of the last frame's points agree on a motion.
 Tracker::Placement Tracker::place_by_prediction(const Frame& frame) const {
-  if (lost_) return {};
+  if (lost()) return {};
   const SE3 T_cw = motion_.predict(frame.timestamp);
   Placement best;
   for (const double widening : {1.0, 2.0, 4.0}) {
@@ -65,13 +65,39 @@ Tracker::Placement Tracker::place_by_prediction(const Frame& frame) const {
   return place_in_local_map(frame, best);
 }
 
-// Without a prediction: from what the last frame or a keyframe shows, wherever in the image it is now.
-Tracker::Placement Tracker::place_by_descriptors(const Frame& frame) const {
-  std::optional<SE3> T_cw;
-  if (!lost_) T_cw = relocalizer_.find_pose(frame, *last_.frame, last_.T_cw);
-  if (!T_cw) T_cw = relocalizer_.find_pose(frame, *map_, motion_.last_pose());
+// Without a prediction: from what an earlier frame shows, wherever in the image it is now.
+Tracker::Placement Tracker::place_from(const Frame& frame, const Frame& earlier,
+                                       const SE3& T_earlier_w) const {
+  const std::optional<SE3> T_cw = relocalizer_.find_pose(frame, earlier, T_earlier_w);
   if (!T_cw) return {};
-  return place_in_local_map(frame, {*T_cw, std::vector<int>(frame.features.size(), -1), {}, 0});
+  // A few points with noisy depth give a rough pose; the first search in the map mends it for the second.
+  const std::vector<int> none(frame.features.size(), -1);
+  const Placement rough = place_in_local_map(frame, {*T_cw, none, {}, 0});
+  return place_in_local_map(frame, {rough.T_cw, none, {}, 0});
+}
+
+// Compares the frame with keyframes, the nearest first. While the camera stays lost every frame goes on where
+// the one before gave up, so that in time all of the local map is tried.
+Tracker::Placement Tracker::relocalize(const Frame& frame) const {
+  const Eigen::Vector3d position = last_.T_cw.inverse().translation();
+  std::vector<std::pair<double, const LocalKeyframe*>> order;
+  for (const LocalKeyframe& keyframe : map_->keyframes) {
+    order.emplace_back((keyframe.T_cw.inverse().translation() - position).norm(), &keyframe);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+
+  const auto tries = static_cast<std::size_t>(options_.relocalization_keyframes);
+  Placement best;
+  for (std::size_t i = 0; i < std::min(tries, order.size()) && !believed(best.inliers); ++i) {
+    const LocalKeyframe& keyframe = *order[(frames_lost_ * tries + i) % order.size()].second;
+    keep_better(best, place_from(frame, *keyframe.frame, keyframe.T_cw));
+  }
+  return best;
+}
+
+void Tracker::keep_better(Placement& best, Placement other) {
+  if (other.inliers > best.inliers) best = std::move(other);
 }
 
 // Looks for the last frame's points around where the predicted pose puts them. Points without a landmark
@@ -175,14 +201,14 @@ void Tracker::count_sightings(const Placement& placement) {
 }
 
 bool Tracker::believed(int inliers) const {
-  return inliers >= (lost_ ? options_.min_inliers_recovering : options_.min_inliers);
+  return inliers >= (lost() ? options_.min_inliers_recovering : options_.min_inliers);
 }
 
 TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placement& placement) {
   TrackedFrame result;
   result.inliers = placement.inliers;
   if (!believed(placement.inliers)) {
-    lost_ = true;
+    ++frames_lost_;
     motion_.stop();
     result.state = TrackingState::kLost;
     result.T_cw = last_.T_cw;
@@ -192,7 +218,7 @@ TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placeme
     result.frame = std::move(frame);
     return result;
   }
-  lost_ = false;
+  frames_lost_ = 0;
   count_sightings(placement);
   motion_.update(frame->timestamp, placement.T_cw);
   const LocalKeyframe& reference = most_shared_keyframe(placement.points);
@@ -235,7 +261,7 @@ bool Tracker::can_start_map(const Frame& frame) const {
 
 void Tracker::start(const TrackedFrame& first) {
   last_ = first;
-  lost_ = false;
+  frames_lost_ = 0;
   motion_.stop();
   motion_.update(first.frame->timestamp, first.T_cw);
 }

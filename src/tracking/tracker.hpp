@@ -23,6 +23,7 @@ struct TrackerOptions {
   double local_radius = 3.0;
   int min_inliers = 30;
   int min_inliers_recovering = 50;
+  int relocalization_keyframes = 8;
   MatchOptions last_frame_match;
   MatchOptions local_map_match;
   PoseOptimizerOptions pose;
@@ -45,6 +46,9 @@ struct TrackerOptions {
              {6, 1000, "count", "landmarks a frame must see to count as tracked"});
     v.number("min_inliers_recovering", min_inliers_recovering,
              {6, 1000, "count", "the same while the camera is lost"});
+    v.number("relocalization_keyframes", relocalization_keyframes,
+             {1, 1000, "count",
+              "keyframes a frame that lost its place is compared with; the next frame tries others"});
     v.section("last_frame_match", last_frame_match, "descriptor match with a point of the last frame");
     v.section("local_map_match", local_map_match, "descriptor match with a landmark of the local map");
     v.section("pose", pose, "pose-only optimisation");
@@ -82,7 +86,10 @@ class Tracker {
   void adopt(std::shared_ptr<const LocalMap> map);
   [[nodiscard]] Placement place_by_prediction(const Frame& frame) const;
   [[nodiscard]] Placement match_last_frame(const Frame& frame, const SE3& T_cw, double radius) const;
-  [[nodiscard]] Placement place_by_descriptors(const Frame& frame) const;
+  [[nodiscard]] Placement place_from(const Frame& frame, const Frame& earlier, const SE3& T_earlier_w) const;
+  [[nodiscard]] Placement relocalize(const Frame& frame) const;
+  static void keep_better(Placement& best, Placement other);
+  [[nodiscard]] bool lost() const { return frames_lost_ > 0; }
   [[nodiscard]] Placement place_in_local_map(const Frame& frame, const Placement& start) const;
   void count_sightings(const Placement& placement);
   /// Whether a pose with so many inliers counts as tracked.
@@ -100,8 +107,8 @@ class Tracker {
   MotionModel motion_;
 
   std::shared_ptr<const LocalMap> map_;
-  TrackedFrame last_;  // the last frame that was tracked
-  bool lost_ = false;
+  TrackedFrame last_;                // the last frame that was tracked
+  std::size_t frames_lost_ = 0;      // in a row, up to now
   std::vector<Sighting> counting_;   // per point of map_
   std::vector<Sighting> sightings_;  // of local maps before map_
 };

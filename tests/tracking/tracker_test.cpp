@@ -169,6 +169,22 @@ TEST(Tracker, IsLostWhereItKnowsNothingAndRecoversWhereItDoes) {
   }
 }
 
+TEST(Tracker, ALostCameraTriesAllOfTheLocalMapInTime) {
+  TrackerOptions options;
+  options.relocalization_keyframes = 1;
+  Started s(options);
+  // Nearer to where the camera was last than the keyframe that shows the place, and of no help.
+  s.map.map.add_keyframe(SyntheticWorld::make_frame({}, 1), s.last.T_cw);
+  s.local = s.map.snapshot();
+  ASSERT_EQ(s.local->keyframes.size(), 2U);
+  int lost = 0;
+  for (std::size_t i = 1; i <= 2; ++i) lost += s.track_empty(i).state == TrackingState::kLost ? 1 : 0;
+  ASSERT_EQ(lost, 2);
+  bool found = false;
+  for (std::size_t i = 3; i <= 4; ++i) found |= s.track(i).state == TrackingState::kTracking;
+  EXPECT_TRUE(found) << "two frames, one keyframe each";
+}
+
 TEST(Tracker, AJumpIsNoLoss) {
   Started s;
   (void)s.track(1);
