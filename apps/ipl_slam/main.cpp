@@ -69,6 +69,32 @@ void add_common_options(CLI::App& app) {
   app.fallthrough();
 }
 
+const CLI::App& innermost(const CLI::App& app) {
+  const CLI::App* verb = &app;
+  while (!verb->get_subcommands().empty()) verb = verb->get_subcommands().front();
+  return *verb;
+}
+
+// CLI11 complains of what is missing before it comes to words it does not know, which are mostly the reason.
+std::string explain(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> unknown = app.remaining(true);
+  if (unknown.empty()) return error.what();
+  const CLI::App& verb = innermost(app);
+  std::vector<std::string> known = verb_names(verb);
+  const bool is_option = unknown.front().starts_with('-');
+  if (is_option) {
+    known.clear();
+    for (const CLI::App* level : {&app, &verb}) {
+      for (const CLI::Option* option : level->get_options()) {
+        for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+      }
+    }
+  }
+  if (known.empty()) return fmt::format("'{}' was not expected", unknown.front());
+  return fmt::format("there is no {} '{}'; did you mean '{}'?", is_option ? "option" : "verb",
+                     unknown.front(), nearest_name(unknown.front(), known));
+}
+
 int report(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
   std::string command = "ipl_slam";
@@ -76,15 +102,14 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
   std::string message =
       app.get_subcommands().empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr
           ? fmt::format("no verb given; verbs: {}", fmt::join(verb_names(app), ", "))
-          : error.what();
+          : explain(app, error);
   std::replace(message.begin(), message.end(), '\n', ' ');
   fmt::print(stderr, "{}: {}; see '{} --help'\n", command, message, command);
   return kUserError;
 }
 
 int run(int argc, char** argv) {
-  CLI::App app{"IPL-SLAM: RGB-D visual SLAM that keeps working while people walk through the picture",
-               "ipl_slam"};
+  CLI::App app{"IPL-SLAM: visual SLAM for RGB-D cameras", "ipl_slam"};
   add_common_options(app);
   add_run_verb(app);
   add_eval_verb(app);

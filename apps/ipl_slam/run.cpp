@@ -99,6 +99,9 @@ void judge(const SequenceRun& result, const RunOptions& options, const Config& c
         "no map could be started and the trajectory is empty: none of {} frames had {} keypoints with depth "
         "(tracking.min_initial_depths); check the depth images and the camera's depth_scale",
         result.frames.size(), config.tracking.min_initial_depths);
+  } else if (const std::size_t lost = result.count(TrackingState::kLost); 10 * lost > result.frames.size()) {
+    log().warn("{} of {} frames were lost; the trajectory and its errors say nothing of them", lost,
+               result.frames.size());
   }
 }
 

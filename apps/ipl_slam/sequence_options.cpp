@@ -39,22 +39,20 @@ void SequenceOptions::add_to(CLI::App& verb) {
       ->type_name("FILE");
   verb.add_option("--max-frames", max_frames, "Stop after this many frames; 0 = all")
       ->type_name("N")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0, 1000000000))
       ->capture_default_str();
 }
 
 Camera SequenceOptions::load_camera() const {
   if (!camera.empty()) return ipl_slam::load_camera(camera);
-  if (!std::filesystem::is_directory(folder)) {
-    throw UserError(fmt::format("no such folder: '{}'; give the folder that holds rgb.txt and depth.txt",
-                                folder.string()));
-  }
+  // A wrong folder is to be told as that, not as one whose camera is unknown.
+  (void)TumDataset(folder, Camera{}, dataset_options());
   const auto guess = guess_camera(folder);
   if (!guess) {
-    throw UserError(
-        fmt::format("'{}': cannot tell the camera from the folder's name; give --camera tum1, tum2, tum3, "
-                    "bonn or a YAML file",
-                    folder.string()));
+    throw UserError(fmt::format(
+        "'{}': cannot tell the camera from the folder's name; put a camera.yaml into the folder or give "
+        "--camera tum1, tum2, tum3, bonn or a YAML file",
+        folder.string()));
   }
   const Camera found = ipl_slam::load_camera(*guess);
   if (says_remarks()) {

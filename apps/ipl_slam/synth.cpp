@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "common/interrupt.hpp"
+#include "common/log.hpp"
 #include "common/progress.hpp"
 #include "dataset/synthetic/synthetic_source.hpp"
 #include "dataset/synthetic/write_sequence.hpp"
@@ -14,6 +16,9 @@
 
 namespace ipl_slam::cli {
 namespace {
+
+/// Ends write_sequence early, which then takes away what it has written.
+struct Interrupted {};
 
 struct SynthArguments {
   std::string folder;
@@ -44,8 +49,16 @@ void run_synth(SynthArguments& a) {
   if (says_remarks()) bar.emplace("rendering", source.size());
   a.write.frame_done = [&bar] {
     if (bar) bar->advance();
+    if (interrupted()) throw Interrupted{};
   };
-  write_sequence(source, a.folder, a.write);
+  install_interrupt_handler();
+  try {
+    write_sequence(source, a.folder, a.write);
+  } catch (const Interrupted&) {
+    log().warn("interrupted; {} was not written", a.folder);
+    exit_code() = kInterrupted;
+    return;
+  }
   bar.reset();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   fmt::print("{}: {} frames of {}x{} in {:.1f} s\n", a.folder, source.size(), a.options.width,

@@ -88,7 +88,9 @@ struct TrackingResult {
 };
 
 /// One camera's SLAM. Frames are worked off in the order they come, each within process(), so that the same
-/// frames and settings give the same bytes out, whatever the machine's speed.
+/// frames and settings give the same bytes out, whatever the machine's speed. With the setting
+/// "schedule.mode=realtime" mapping runs on a thread of its own: process() returns sooner, results depend on
+/// timing, and trajectory(), keyframes() and save_trajectory() wait until the map is up to date.
 ///
 /// Thread-safety: one object must not be used by two threads at the same time; different objects are
 /// independent. Movable, not copyable; a moved-from object may only be assigned to or destroyed.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 #include "features/gaussian_blur.hpp"
@@ -108,13 +109,15 @@ OrbExtractor::OrbExtractor(const OrbOptions& options, const Camera& camera, cons
 void OrbExtractor::check(const cv::Mat& image, const cv::Mat& depth) const {
   const cv::Size size(camera_.width, camera_.height);
   if (image.type() != CV_8UC1 && image.type() != CV_8UC3) {
-    throw std::invalid_argument("OrbExtractor: the image must be 8-bit with one or three channels");
+    throw std::invalid_argument("the color image must be 8-bit with one or three channels");
   }
   if (!depth.empty() && depth.type() != CV_16UC1) {
-    throw std::invalid_argument("OrbExtractor: the depth image must be 16-bit with one channel");
+    throw std::invalid_argument("the depth image must be 16-bit with one channel");
   }
   if (image.size() != size || (!depth.empty() && depth.size() != size)) {
-    throw std::invalid_argument("OrbExtractor: image and depth must have the camera's size");
+    throw std::invalid_argument(
+        fmt::format("the images must have the camera's size of {}x{}; color has {}x{}, depth {}x{}",
+                    size.width, size.height, image.cols, image.rows, depth.cols, depth.rows));
   }
 }
 

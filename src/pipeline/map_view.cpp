@@ -1,6 +1,7 @@
 #include "pipeline/map_view.hpp"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -80,9 +81,15 @@ cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
       fmt::format("map from above: {} landmarks, {} keyframes", map.points().size(), map.keyframes().size()),
       {kBox.x, 25.0}, kTitleHeight, kText);
   const cv::Point2d right(kBox.x + kBox.width, 25.0);
-  canvas.text("low", right - cv::Point2d(95, 0), kTextHeight, kLow, PlotCanvas::Anchor::kRight);
-  canvas.text("high", right - cv::Point2d(50, 0), kTextHeight, kHigh, PlotCanvas::Anchor::kRight);
-  canvas.text("path", right, kTextHeight, kEstimate, PlotCanvas::Anchor::kRight);
+  double offset = 0.0;
+  for (const auto& [name, color] :
+       {std::pair("path", kEstimate), {"keyframe", kKeyframe}, {"high", kHigh}, {"low", kLow}}) {
+    const cv::Point2d at = right - cv::Point2d(offset, 0);
+    canvas.text(name, at, kTextHeight, kText, PlotCanvas::Anchor::kRight);
+    offset += PlotCanvas::text_width(name, kTextHeight) + 12.0;
+    canvas.disc(right - cv::Point2d(offset - 2.0, 0), 5.0, color);
+    offset += 18.0;
+  }
   return canvas.picture();
 }
 

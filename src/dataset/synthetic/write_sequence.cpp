@@ -45,7 +45,7 @@ void write_png(const fs::path& file, const cv::Mat& image) {
 }
 
 std::string frame_name(const SyntheticSource& source, std::size_t frame) {
-  return fmt::format("{:.6f}", source.timestamp(frame));
+  return fmt::format("{:013.6f}", source.timestamp(frame));  // leading zeros: names sort by time
 }
 
 std::string list_of(const SyntheticSource& source, const char* folder, const std::string& made_by) {
