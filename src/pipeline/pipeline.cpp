@@ -59,6 +59,10 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   } else if (map && mapping_->has_room() && policy_.wants(tracked, *map, mapping_->idle())) {
     mapping_->submit({tracked, tracker_.take_sightings()});
     result.keyframe = true;
+    // From here on its pose is the keyframe's own, which bundle adjustment goes on improving.
+    tracked.reference = KeyframeId{keyframes_submitted_++};
+    tracked.T_c_reference = SE3();
+    tracker_.became_keyframe(tracked.reference);
   }
 
   if (tracked.state == TrackingState::kTracking) {
@@ -75,7 +79,7 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
 void Pipeline::start_map(TrackedFrame& first) {
   mapping_->start({first, {}});
   first.state = TrackingState::kTracking;
-  first.reference = KeyframeId{0};
+  first.reference = KeyframeId{keyframes_submitted_++};
   tracker_.start(first);
   policy_.started_with(*first.frame);
 }

@@ -38,7 +38,7 @@ class Pipeline {
 
   /// Frames must come in order of time and have the camera's size; throws std::invalid_argument otherwise.
   FrameResult process(const RgbdFrame& image);
-  /// Waits for the mapper. To be called before the results below are final.
+  /// Waits for the mapper. To be called before the results below.
   void finish() { mapping_->finish(); }
 
   /// Camera-to-world poses of all tracked frames, with every correction made since; lost frames have none.
@@ -63,6 +63,7 @@ class Pipeline {
   KeyframePolicy policy_;
   std::unique_ptr<MappingSchedule> mapping_;
   std::vector<Placed> placed_;
+  std::uint32_t keyframes_submitted_ = 0;  // the mapper numbers them in this order
   double last_timestamp_;
 };
 

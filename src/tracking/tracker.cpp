@@ -266,6 +266,11 @@ void Tracker::start(const TrackedFrame& first) {
   motion_.update(first.frame->timestamp, first.T_cw);
 }
 
+void Tracker::became_keyframe(KeyframeId id) {
+  last_.reference = id;
+  last_.T_c_reference = SE3();
+}
+
 void Tracker::flush_sightings() {
   for (const Sighting& s : counting_) {
     if (s.visible > 0) sightings_.push_back(s);

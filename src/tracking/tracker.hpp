@@ -71,6 +71,8 @@ class Tracker {
   [[nodiscard]] bool can_start_map(const Frame& frame) const;
   /// The map was started with this frame at the origin.
   void start(const TrackedFrame& first);
+  /// The frame tracked last went into the map under this id: from now on its pose is the keyframe's.
+  void became_keyframe(KeyframeId id);
   /// Hands over what was counted since the last call.
   [[nodiscard]] std::vector<Sighting> take_sightings();
 
