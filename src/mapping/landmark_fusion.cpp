@@ -60,7 +60,8 @@ void LandmarkFusion::fuse_into(Map& map, KeyframeId target, std::span<const Poin
     if (found[i] < 0) continue;
     const PointId point = map.resolve(projected[i]);  // an earlier turn of this loop may have fused it
     const auto keypoint = static_cast<std::uint32_t>(found[i]);
-    if (!point.valid() || !agrees(map, T_cw, point, frame->features.keypoints[keypoint])) continue;
+    if (!point.valid() || map.observes(target, point)) continue;
+    if (!agrees(map, T_cw, point, frame->features.keypoints[keypoint])) continue;
     const PointId there = map.keyframes()[target].points[keypoint];
     if (!there.valid()) {
       map.add_observation(point, target, keypoint);

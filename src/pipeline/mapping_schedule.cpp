@@ -46,7 +46,11 @@ class RealtimeMapping final : public MappingSchedule {
         thread_([this] { work(); }) {}
 
   ~RealtimeMapping() override {
-    abort_bundle_ = true;
+    {
+      std::lock_guard lock(state_mutex_);
+      stopping_ = true;
+      abort_bundle_ = true;
+    }
     queue_.close();
     thread_.join();
   }
@@ -104,7 +108,7 @@ class RealtimeMapping final : public MappingSchedule {
       if (local_map) local_map_ = std::move(local_map);
       if (failure) failure_ = failure;
       --pending_;
-      abort_bundle_ = pending_ > 1;
+      abort_bundle_ = stopping_ || pending_ > 1;
       done_.notify_all();
     }
   }
@@ -113,8 +117,10 @@ class RealtimeMapping final : public MappingSchedule {
   std::vector<MappingTime> times_;  // guarded by map_mutex_
   mutable std::mutex map_mutex_;
 
-  std::shared_ptr<const LocalMap> local_map_;  // guarded by state_mutex_, as are pending_ and failure_
+  std::shared_ptr<const LocalMap>
+      local_map_;  // guarded by state_mutex_, as are pending_, stopping_, failure_
   int pending_ = 0;
+  bool stopping_ = false;
   std::exception_ptr failure_;
   mutable std::mutex state_mutex_;
   std::condition_variable done_;

@@ -31,7 +31,8 @@ TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<
   adopt(std::move(map));
 
   Placement placement = place_by_prediction(*frame);
-  if (!lost() && placement.inliers < options_.confident_inliers) {
+  if (placement.inliers < options_.confident_inliers && last_.frame) {
+    // Of a lost camera, too: no keyframe is nearer to where it was.
     keep_better(placement, place_from(*frame, *last_.frame, last_.T_cw));
   }
   if (!believed(placement.inliers)) keep_better(placement, relocalize(*frame));
@@ -62,7 +63,7 @@ Tracker::Placement Tracker::place_by_prediction(const Frame& frame) const {
     if (best.inliers >= options_.confident_inliers) break;
   }
   if (best.inliers < options_.min_prediction_inliers) return {};
-  return place_in_local_map(frame, best);
+  return place_in_local_map(frame, best, options_.local_radius);
 }
 
 // Without a prediction: from what an earlier frame shows, wherever in the image it is now.
@@ -70,10 +71,13 @@ Tracker::Placement Tracker::place_from(const Frame& frame, const Frame& earlier,
                                        const SE3& T_earlier_w) const {
   const std::optional<SE3> T_cw = relocalizer_.find_pose(frame, earlier, T_earlier_w);
   if (!T_cw) return {};
-  // A few points with noisy depth give a rough pose; the first search in the map mends it for the second.
-  const std::vector<int> none(frame.features.size(), -1);
-  const Placement rough = place_in_local_map(frame, {*T_cw, none, {}, 0});
-  return place_in_local_map(frame, {rough.T_cw, none, {}, 0});
+  // The pose rests on the measured depth of few points: the first look around each landmark is a wide one.
+  Placement placement{*T_cw, {}, {}, 0};
+  for (const double radius : {options_.prediction_radius, options_.local_radius}) {
+    placement.points.assign(frame.features.size(), -1);
+    placement = place_in_local_map(frame, placement, radius);
+  }
+  return placement;
 }
 
 // Compares the frame with keyframes, the nearest first. While the camera stays lost every frame goes on where
@@ -150,7 +154,8 @@ Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw
 }
 
 // Searches the whole local map from a pose that is nearly right, and settles the pose with all that is found.
-Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placement& start) const {
+Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placement& start,
+                                               double radius) const {
   std::vector<std::uint8_t> taken(frame.features.size(), 0);
   std::vector<std::uint8_t> matched(map_->points.size(), 0);
   for (std::size_t k = 0; k < start.points.size(); ++k) {
@@ -163,7 +168,7 @@ Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placeme
   std::vector<int> landmarks;
   for (std::size_t i = 0; i < map_->points.size(); ++i) {
     if (matched[i]) continue;
-    if (const auto window = visibility_.project(start.T_cw, map_->points[i], options_.local_radius)) {
+    if (const auto window = visibility_.project(start.T_cw, map_->points[i], radius)) {
       windows.push_back(*window);
       landmarks.push_back(static_cast<int>(i));
     }

@@ -34,7 +34,9 @@ struct TrackerOptions {
     v.number("min_initial_depths", min_initial_depths,
              {10, 10000, "count", "keypoints with depth that a frame needs to start the map"});
     v.number("prediction_radius", prediction_radius,
-             {1.0, 100.0, "px", "search window around a point of the last frame, at pyramid level 0"});
+             {1.0, 100.0, "px",
+              "search window around a point of the last frame, or a landmark after relocalisation, at "
+              "pyramid level 0"});
     v.number("min_prediction_inliers", min_prediction_inliers,
              {6, 1000, "count", "inliers with which the predicted pose is believed"});
     v.number(
@@ -92,7 +94,7 @@ class Tracker {
   [[nodiscard]] Placement relocalize(const Frame& frame) const;
   static void keep_better(Placement& best, Placement other);
   [[nodiscard]] bool lost() const { return frames_lost_ > 0; }
-  [[nodiscard]] Placement place_in_local_map(const Frame& frame, const Placement& start) const;
+  [[nodiscard]] Placement place_in_local_map(const Frame& frame, const Placement& start, double radius) const;
   void count_sightings(const Placement& placement);
   /// Whether a pose with so many inliers counts as tracked.
   [[nodiscard]] bool believed(int inliers) const;
