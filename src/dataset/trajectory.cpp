@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kColumns = 8;  // timestamp tx ty tz qx qy qz qw
 
-// A quaternion this short is a placeholder, not a rounded unit quaternion.
+// A quaternion this short stands for "no rotation known"; it is no rounded unit quaternion.
 constexpr double kZeroQuaternion = 1e-6;
 
 using Row = std::array<double, kColumns>;

@@ -7,24 +7,24 @@ source_dir=$1 work=$2
 rm -rf "$work"
 mkdir -p "$work/bin" "$work/repository"
 cp "$source_dir/dev" "$work/repository/"
-cat >"$work/bin/dpkg-query" <<'STUB'
+cat >"$work/bin/dpkg-query" <<'SCRIPT'
 #!/bin/sh
 for package; do :; done
 case $package in ccache | libceres-dev) exit 1 ;; esac
 printf installed
-STUB
-cat >"$work/bin/apt-get" <<STUB
+SCRIPT
+cat >"$work/bin/apt-get" <<SCRIPT
 #!/bin/sh
 echo "\$*" >>"$work/apt-get.calls"
-STUB
-cat >"$work/bin/apt-cache" <<'STUB'
+SCRIPT
+cat >"$work/bin/apt-cache" <<'SCRIPT'
 #!/bin/sh
-STUB
+SCRIPT
 # sudo in a container may be missing; as root it is not called.
-cat >"$work/bin/sudo" <<'STUB'
+cat >"$work/bin/sudo" <<'SCRIPT'
 #!/bin/sh
 exec "$@"
-STUB
+SCRIPT
 # The build that would follow ends here.
 printf '#!/bin/sh\nexit 1\n' >"$work/bin/cmake"
 chmod +x "$work"/bin/*
