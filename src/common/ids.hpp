@@ -20,5 +20,6 @@ struct Id {
 
 using KeyframeId = Id<struct KeyframeTag>;
 using PointId = Id<struct PointTag>;
+using InstanceId = Id<struct InstanceTag>;
 
 }  // namespace ipl_slam
