@@ -40,8 +40,8 @@ struct Scanner {
     return error == std::errc();
   }
 
-  /// A text as Python prints it: in single or, if it holds one of these, in double quotes; \ before a quote or
-  /// another \.
+  /// A text as Python prints it: in single or, if it holds one of these, in double quotes; \ before a quote
+  /// or another \.
   bool quoted(std::string& value) {
     blanks();
     if (rest.empty() || (rest.front() != '\'' && rest.front() != '"')) return false;
@@ -62,34 +62,33 @@ struct Scanner {
 }  // namespace
 
 const std::vector<std::string>& coco_class_names() {
-  static const std::vector<std::string> names = {
-      "person",        "bicycle",      "car",
-      "motorcycle",    "airplane",     "bus",
-      "train",         "truck",        "boat",
-      "traffic light", "fire hydrant", "stop sign",
-      "parking meter", "bench",        "bird",
-      "cat",           "dog",          "horse",
-      "sheep",         "cow",          "elephant",
-      "bear",          "zebra",        "giraffe",
-      "backpack",      "umbrella",     "handbag",
-      "tie",           "suitcase",     "frisbee",
-      "skis",          "snowboard",    "sports ball",
-      "kite",          "baseball bat", "baseball glove",
-      "skateboard",    "surfboard",    "tennis racket",
-      "bottle",        "wine glass",   "cup",
-      "fork",          "knife",        "spoon",
-      "bowl",          "banana",       "apple",
-      "sandwich",      "orange",       "broccoli",
-      "carrot",        "hot dog",      "pizza",
-      "donut",         "cake",         "chair",
-      "couch",         "potted plant", "bed",
-      "dining table",  "toilet",       "tv",
-      "laptop",        "mouse",        "remote",
-      "keyboard",      "cell phone",   "microwave",
-      "oven",          "toaster",      "sink",
-      "refrigerator",  "book",         "clock",
-      "vase",          "scissors",     "teddy bear",
-      "hair drier",    "toothbrush"};
+  static const std::vector<std::string> names = {"person",        "bicycle",      "car",
+                                                 "motorcycle",    "airplane",     "bus",
+                                                 "train",         "truck",        "boat",
+                                                 "traffic light", "fire hydrant", "stop sign",
+                                                 "parking meter", "bench",        "bird",
+                                                 "cat",           "dog",          "horse",
+                                                 "sheep",         "cow",          "elephant",
+                                                 "bear",          "zebra",        "giraffe",
+                                                 "backpack",      "umbrella",     "handbag",
+                                                 "tie",           "suitcase",     "frisbee",
+                                                 "skis",          "snowboard",    "sports ball",
+                                                 "kite",          "baseball bat", "baseball glove",
+                                                 "skateboard",    "surfboard",    "tennis racket",
+                                                 "bottle",        "wine glass",   "cup",
+                                                 "fork",          "knife",        "spoon",
+                                                 "bowl",          "banana",       "apple",
+                                                 "sandwich",      "orange",       "broccoli",
+                                                 "carrot",        "hot dog",      "pizza",
+                                                 "donut",         "cake",         "chair",
+                                                 "couch",         "potted plant", "bed",
+                                                 "dining table",  "toilet",       "tv",
+                                                 "laptop",        "mouse",        "remote",
+                                                 "keyboard",      "cell phone",   "microwave",
+                                                 "oven",          "toaster",      "sink",
+                                                 "refrigerator",  "book",         "clock",
+                                                 "vase",          "scissors",     "teddy bear",
+                                                 "hair drier",    "toothbrush"};
   return names;
 }
 
@@ -125,8 +124,8 @@ std::vector<bool> select_classes(std::string_view list, const std::vector<std::s
     const std::string_view name = trimmed(list.substr(0, comma));
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
-      throw UserError(fmt::format("the model knows no class '{}'; did you mean '{}'?", name,
-                                  nearest_name(name, names)));
+      throw UserError(
+          fmt::format("the model knows no class '{}'; did you mean '{}'?", name, nearest_name(name, names)));
     }
     selected[static_cast<std::size_t>(found - names.begin())] = true;
     if (comma == std::string_view::npos) return selected;

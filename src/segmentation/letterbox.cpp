@@ -13,7 +13,9 @@ constexpr float kPadding = 114.0F;  // the grey that Ultralytics trains with
 constexpr float kInverseWhite = 1.0F / 255.0F;
 
 /// Half of the space left over, an odd pixel going to the right: round(d / 2 - 0.1) in LetterBox.
-int half(int space) { return space / 2; }
+int half(int space) {
+  return space / 2;
+}
 
 /// One channel of 8-bit pixels `step` bytes apart.
 void write_row(const std::uint8_t* pixels, int step, int count, float* out) {

@@ -6,8 +6,8 @@
 
 namespace ipl_slam {
 
-/// How an image lies in the input of a network: scaled by one factor to fit, centred, the rest grey. This is the
-/// geometry of Ultralytics' LetterBox, rounding included.
+/// How an image lies in the input of a network: scaled by one factor to fit, centred, the rest grey. This is
+/// the geometry of Ultralytics' LetterBox, rounding included.
 ///
 /// Coordinates are continuous: a pixel covers [x, x+1), its centre is x + 0.5. cv::resize keeps to this, so a
 /// point of the image lies at input = point * scale + offset.
@@ -27,9 +27,9 @@ struct Letterbox {
   }
 };
 
-/// The network's input for an image (CV_8UC3 BGR or CV_8UC1, of the letterbox's image size): planes R, G, B of
-/// input.height x input.width values from 0 to 1, one after the other. `planes` keeps its memory from call to
-/// call.
+/// The network's input for an image (CV_8UC3 BGR or CV_8UC1, of the letterbox's image size): planes R, G, B
+/// of input.height x input.width values from 0 to 1, one after the other. `planes` keeps its memory from call
+/// to call.
 void fill_letterbox(const cv::Mat& image, const Letterbox& letterbox, std::vector<float>& planes);
 
 }  // namespace ipl_slam

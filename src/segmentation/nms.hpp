@@ -15,8 +15,9 @@ struct Detection {
 /// Common area of two boxes by the area of both together; 0 where they do not overlap.
 [[nodiscard]] float box_iou(const Detection& a, const Detection& b);
 
-/// Class-aware non-maximum suppression: of boxes of one class that overlap by an IoU above `max_iou` only the best
-/// stays. What stays comes best score first, of equal scores the lower anchor, and at most `max_count` boxes.
+/// Class-aware non-maximum suppression: of boxes of one class that overlap by an IoU above `max_iou` only the
+/// best stays. What stays comes best score first, of equal scores the lower anchor, and at most `max_count`
+/// boxes.
 [[nodiscard]] std::vector<Detection> suppress_overlaps(std::vector<Detection> detections, float max_iou,
                                                        int max_count);
 

@@ -8,8 +8,6 @@
 
 #include <ipl_slam/error.hpp>
 
-#include "common/text_file.hpp"
-
 namespace ipl_slam {
 namespace {
 
@@ -33,9 +31,12 @@ Ort::SessionOptions session_options(int threads) {
 
 std::string_view type_name(ONNXTensorElementDataType type) {
   switch (type) {
-    case ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT: return "float32";
-    case ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT16: return "float16";
-    default: return "other";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT:
+      return "float32";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT16:
+      return "float16";
+    default:
+      return "other";
   }
 }
 
@@ -54,8 +55,7 @@ std::string first_line(const char* text) {
 
 struct OnnxModel::Implementation {
   Implementation(std::filesystem::path path, const std::string& bytes, int threads)
-      : file(std::move(path)),
-        session(environment(), bytes.data(), bytes.size(), session_options(threads)) {
+      : file(std::move(path)), session(environment(), bytes.data(), bytes.size(), session_options(threads)) {
     Ort::AllocatorWithDefaultOptions allocator;
     for (std::size_t i = 0; i < session.GetInputCount(); ++i) {
       inputs.push_back(tensor_info(session.GetInputNameAllocated(i, allocator), session.GetInputTypeInfo(i)));
@@ -72,10 +72,11 @@ struct OnnxModel::Implementation {
   std::vector<Ort::Value> results;  ///< of the last run
 };
 
-bool has_onnx_runtime() { return true; }
+bool has_onnx_runtime() {
+  return true;
+}
 
-OnnxModel::OnnxModel(const std::filesystem::path& file, int threads) {
-  const std::string bytes = read_file(file);
+OnnxModel::OnnxModel(const std::filesystem::path& file, const std::string& bytes, int threads) {
   if (bytes.empty()) throw UserError(fmt::format("'{}' is empty; an ONNX model is needed", file.string()));
   try {
     implementation_ = std::make_unique<Implementation>(file, bytes, threads);
@@ -89,9 +90,15 @@ OnnxModel::~OnnxModel() = default;
 OnnxModel::OnnxModel(OnnxModel&&) noexcept = default;
 OnnxModel& OnnxModel::operator=(OnnxModel&&) noexcept = default;
 
-const std::filesystem::path& OnnxModel::file() const { return implementation_->file; }
-const std::vector<TensorInfo>& OnnxModel::inputs() const { return implementation_->inputs; }
-const std::vector<TensorInfo>& OnnxModel::outputs() const { return implementation_->outputs; }
+const std::filesystem::path& OnnxModel::file() const {
+  return implementation_->file;
+}
+const std::vector<TensorInfo>& OnnxModel::inputs() const {
+  return implementation_->inputs;
+}
+const std::vector<TensorInfo>& OnnxModel::outputs() const {
+  return implementation_->outputs;
+}
 
 std::string OnnxModel::metadata(const std::string& key) const {
   Ort::AllocatorWithDefaultOptions allocator;

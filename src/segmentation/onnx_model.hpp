@@ -23,9 +23,9 @@ struct TensorView {
 /// the same output.
 class OnnxModel {
  public:
-  /// `threads` work on one inference; they sleep between two. Throws UserError: no such file, an empty file,
-  /// not an ONNX model, a build without ONNX Runtime.
-  OnnxModel(const std::filesystem::path& file, int threads);
+  /// From the bytes of a file, whose name is for messages. `threads` work on one inference; they sleep
+  /// between two. Throws UserError: no bytes, not an ONNX model, a build without ONNX Runtime.
+  OnnxModel(const std::filesystem::path& file, const std::string& bytes, int threads);
   ~OnnxModel();
   OnnxModel(OnnxModel&&) noexcept;
   OnnxModel& operator=(OnnxModel&&) noexcept;

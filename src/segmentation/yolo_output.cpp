@@ -7,8 +7,8 @@
 namespace ipl_slam {
 namespace {
 
-/// Where a pixel's centre lies among the centres of the prototype's pixels, along one axis: between `index` and
-/// the next one, `weight` of the way on.
+/// Where a pixel's centre lies among the centres of the prototype's pixels, along one axis: between `index`
+/// and the next one, `weight` of the way on.
 struct Sample {
   int index = 0;
   float weight = 0.0F;

@@ -12,8 +12,8 @@
 namespace ipl_slam {
 
 /// What a segmenting YOLOv8 or YOLO11 network gives for one image. Of each of its `anchors` places:
-/// box centre, width and height in input pixels, a score per class, and mask coefficients; the value of channel
-/// c at anchor a is channels[c * anchors + a]. A mask is a weighted sum of `prototypes`, planes of
+/// box centre, width and height in input pixels, a score per class, and mask coefficients; the value of
+/// channel c at anchor a is channels[c * anchors + a]. A mask is a weighted sum of `prototypes`, planes of
 /// prototype_size that cover the whole input.
 struct YoloOutput {
   const float* channels = nullptr;  ///< 4 + classes + coefficients rows of `anchors` values

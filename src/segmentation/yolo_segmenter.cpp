@@ -11,13 +11,16 @@
 
 #include <ipl_slam/error.hpp>
 
+#include "common/log.hpp"
+#include "common/text_file.hpp"
 #include "segmentation/class_names.hpp"
+#include "segmentation/onnx_softmax.hpp"
 
 namespace ipl_slam {
 namespace {
 
-constexpr int kStride = 32;      // of the network's coarsest level; an input side is a multiple of it
-constexpr int kLongSide = 640;   // what the published networks were trained at
+constexpr int kStride = 32;     // of the network's coarsest level; an input side is a multiple of it
+constexpr int kLongSide = 640;  // what the published networks were trained at
 constexpr std::int64_t kOpen = -1;
 
 using Clock = std::chrono::steady_clock;
@@ -34,7 +37,11 @@ OnnxModel load(const YoloOptions& options) {
   if (options.model.empty()) {
     throw UserError("the YOLO segmenter needs a model; give an ONNX file with --model or in IPL_SLAM_MODEL");
   }
-  return OnnxModel(options.model, options.threads);
+  std::string bytes = read_file(options.model);
+  if (mend_softmax_opset(bytes)) {
+    log().debug("'{}' is read as opset 13, which its Softmax over axis 1 is meant for", options.model);
+  }
+  return OnnxModel(options.model, bytes, options.threads);
 }
 
 std::string describe_all(const std::vector<TensorInfo>& tensors) {
@@ -43,7 +50,9 @@ std::string describe_all(const std::vector<TensorInfo>& tensors) {
   return text;
 }
 
-bool one_or_open(std::int64_t size) { return size == 1 || size == kOpen; }
+bool one_or_open(std::int64_t size) {
+  return size == 1 || size == kOpen;
+}
 
 bool is_image(const TensorInfo& input) {
   const auto& shape = input.shape;
@@ -72,8 +81,7 @@ YoloOutput check_layout(const OnnxModel& model) {
   const auto& inputs = model.inputs();
   const auto& outputs = model.outputs();
   const bool fits = inputs.size() == 1 && is_image(inputs[0]) && outputs.size() == 2 &&
-                    is_prototypes(outputs[1]) &&
-                    is_per_anchor(outputs[0], inputs[0], outputs[1].shape[1]);
+                    is_prototypes(outputs[1]) && is_per_anchor(outputs[0], inputs[0], outputs[1].shape[1]);
   if (!fits) {
     throw UserError(fmt::format(
         "'{}' is no segmenting YOLOv8 or YOLO11 export: expected one input float32[1,3,H,W] and the outputs "
@@ -97,22 +105,26 @@ cv::Size fixed_size(const OnnxModel& model) {
 void check_input_size(const OnnxModel& model, cv::Size asked) {
   if (asked == cv::Size()) return;
   if (asked.empty() || asked.width % kStride != 0 || asked.height % kStride != 0) {
-    throw UserError(fmt::format("the YOLO segmenter cannot use an input of {}x{}; give multiples of {} for both "
-                                "input_width and input_height, or 0 for both",
-                                asked.width, asked.height, kStride));
+    throw UserError(
+        fmt::format("the YOLO segmenter cannot use an input of {}x{}; give multiples of {} for both "
+                    "input_width and input_height, or 0 for both",
+                    asked.width, asked.height, kStride));
   }
   const cv::Size fixed = fixed_size(model);
-  const bool fits = (fixed.width == 0 || fixed.width == asked.width) &&
-                    (fixed.height == 0 || fixed.height == asked.height);
+  const bool fits =
+      (fixed.width == 0 || fixed.width == asked.width) && (fixed.height == 0 || fixed.height == asked.height);
   if (!fits) {
-    throw UserError(fmt::format("'{}' takes images of {}x{} only, not of {}x{}; leave input_width and "
-                                "input_height at 0, or export it with imgsz={},{} or dynamic=True",
-                                model.file().string(), fixed.width, fixed.height, asked.width, asked.height,
-                                asked.height, asked.width));
+    throw UserError(
+        fmt::format("'{}' takes images of {}x{} only, not of {}x{}; leave input_width and "
+                    "input_height at 0, or export it with imgsz={},{} or dynamic=True",
+                    model.file().string(), fixed.width, fixed.height, asked.width, asked.height, asked.height,
+                    asked.width));
   }
 }
 
-int next_multiple(double length) { return kStride * std::max(1, static_cast<int>(std::ceil(length / kStride))); }
+int next_multiple(double length) {
+  return kStride * std::max(1, static_cast<int>(std::ceil(length / kStride)));
+}
 
 }  // namespace
 

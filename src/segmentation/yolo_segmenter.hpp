@@ -14,14 +14,14 @@ namespace ipl_slam {
 
 /// Settings of the YOLO segmenter.
 struct YoloOptions {
-  std::string model;         ///< ONNX file
-  std::string classes;       ///< names of those to keep, separated by commas; empty = all
-  float min_score = 0.3F;    ///< instances that score less are left out
-  float nms_iou = 0.7F;      ///< Ultralytics' default for prediction
-  int max_instances = 100;   ///< per image, the best
-  int input_width = 0;       ///< pixels, for models whose input size is not fixed; 0 = from the image
-  int input_height = 0;      ///< likewise
-  int threads = 1;           ///< that work on one image
+  std::string model;        ///< ONNX file
+  std::string classes;      ///< names of those to keep, separated by commas; empty = all
+  float min_score = 0.3F;   ///< instances that score less are left out
+  float nms_iou = 0.7F;     ///< Ultralytics' default for prediction
+  int max_instances = 100;  ///< per image, the best
+  int input_width = 0;      ///< pixels, for models whose input size is not fixed; 0 = from the image
+  int input_height = 0;     ///< likewise
+  int threads = 1;          ///< that work on one image
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -52,9 +52,9 @@ struct YoloTimes {
 /// [1, coefficients, H/4, W/4], of fixed or open H and W. Needs no depth, remembers nothing between images.
 class YoloSegmenter : public Segmenter {
  public:
-  /// Loads the model. Throws UserError: no model given, a file that is missing or no such network (the message
-  /// says what was expected and found), a class it does not know, an input size it cannot take, a build without
-  /// ONNX Runtime.
+  /// Loads the model. Throws UserError: no model given, a file that is missing or no such network (the
+  /// message says what was expected and found), a class it does not know, an input size it cannot take, a
+  /// build without ONNX Runtime.
   explicit YoloSegmenter(const YoloOptions& options);
 
   [[nodiscard]] std::vector<Instance> segment(const RgbdFrame& frame) override;
