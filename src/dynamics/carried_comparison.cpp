@@ -5,8 +5,6 @@
 #include <cstdint>
 #include <utility>
 
-#include "dynamics/shape_similarity.hpp"
-
 namespace ipl_slam {
 namespace {
 
@@ -78,9 +76,9 @@ double InstanceView::inverse_depth(int x, int y) const {
 
 // Areas in pixels of the view in which the shape is described.
 struct CarriedComparison::CarriedMask {
-  double area = 0.0;         // of all that was carried
-  double compared = 0.0;     // of what the other frame could show
-  double common = 0.0;       // of what it does show
+  double area = 0.0;        // of all that was carried
+  double compared = 0.0;    // of what the other frame could show
+  double common = 0.0;      // of what it does show
   Moments<double> moments;  // of what it could show
 };
 
@@ -97,8 +95,8 @@ CarriedComparison::CarriedComparison(const Camera& camera, const CarriedComparis
 }
 
 CarriedComparison::CarriedMask CarriedComparison::carry(const InstanceView& from, std::size_t i,
-                                                        const InstanceView& to, std::size_t j, Place described,
-                                                        cv::Point origin) const {
+                                                        const InstanceView& to, std::size_t j,
+                                                        Place described, cv::Point origin) const {
   const SE3 T_to_from = to.T_wc->inverse() * *from.T_wc;
   const Eigen::Matrix3d R = T_to_from.rotation_matrix();
   const Eigen::Vector3d t = T_to_from.translation();
@@ -120,16 +118,17 @@ CarriedComparison::CarriedMask CarriedComparison::carry(const InstanceView& from
     if (p.z() <= 0.0) return;
     Eigen::Vector2d uv = camera_.project(p);
     if (camera_.distorted()) uv = camera_.distort(uv);
-    if (!(uv.x() > -0.5 && uv.y() > -0.5 && uv.x() < camera_.width - 0.5 && uv.y() < camera_.height - 0.5)) return;
+    if (!(uv.x() > -0.5 && uv.y() > -0.5 && uv.x() < camera_.width - 0.5 && uv.y() < camera_.height - 0.5))
+      return;
     const int u = static_cast<int>(std::lround(uv.x())), v = static_cast<int>(std::lround(uv.y()));
 
     const bool in_other = other.test(u, v);
     const double seen = to.inverse_depth(u, v);
-    const double nearer_by = seen - 1.0 / p.z();  // 1/m, how much nearer what is seen there is
+    const double nearer_by = seen - 1.0 / p.z();              // 1/m, how much nearer what is seen there is
     if (!in_other && nearer_by > options_.depth_gap) return;  // covered by something else
     result.compared += area;
-    const bool same_surface = !options_.surface_agreement || raw == 0 || seen == 0.0 ||
-                              std::abs(nearer_by) <= options_.depth_gap;
+    const bool same_surface =
+        !options_.surface_agreement || raw == 0 || seen == 0.0 || std::abs(nearer_by) <= options_.depth_gap;
     if (in_other && same_surface) result.common += area;
     const bool carried = described == Place::carried;
     add_point(result.moments, (carried ? uv.x() : x) - origin.x, (carried ? uv.y() : y) - origin.y, area);
@@ -139,7 +138,8 @@ CarriedComparison::CarriedMask CarriedComparison::carry(const InstanceView& from
 
 std::optional<ShapeComparison> CarriedComparison::compare(const InstanceView& earlier, std::size_t a,
                                                           const InstanceView& later, std::size_t b) const {
-  if (!earlier.T_wc || !later.T_wc || earlier.shapes[a].area == 0 || later.shapes[b].area == 0) return std::nullopt;
+  if (!earlier.T_wc || !later.T_wc || earlier.shapes[a].area == 0 || later.shapes[b].area == 0)
+    return std::nullopt;
   CV_Assert(later.depth.cols == camera_.width && later.depth.rows == camera_.height);
   const cv::Point centre = (later.shapes[b].box.tl() + later.shapes[b].box.br()) / 2;
   const CarriedMask before = carry(earlier, a, later, b, Place::carried, centre);
@@ -150,7 +150,7 @@ std::optional<ShapeComparison> CarriedComparison::compare(const InstanceView& ea
   // Both directions measure the common area; each alone knows what only its own mask holds.
   const double common = 0.5 * (before.common + now.common);
   const double either = common + (before.compared - before.common) + (now.compared - now.common);
-  return ShapeComparison{common / either, hu_similarity(hu_invariants(before.moments), hu_invariants(now.moments))};
+  return ShapeComparison{common / either, hu_invariants(before.moments), hu_invariants(now.moments)};
 }
 
 }  // namespace ipl_slam

@@ -10,6 +10,7 @@
 #include "geometry/camera.hpp"
 #include "geometry/se3.hpp"
 #include "segmentation/instance.hpp"
+#include "segmentation/mask_moments.hpp"
 
 namespace ipl_slam {
 
@@ -27,13 +28,15 @@ struct CarriedComparisonOptions {
              {50, 1e6, "count", "pixels taken of each mask at most, on a regular grid; bounds the cost"});
     v.number("depth_gap", depth_gap,
              {1e-3, 10.0, "1/m", "difference of inverse depth from which on two surfaces are not the same"});
-    v.flag("surface_agreement", surface_agreement,
-           "what lies in both masks counts as common only where the depth agrees as well, so that coming nearer "
-           "or going away is motion");
+    v.flag(
+        "surface_agreement", surface_agreement,
+        "what lies in both masks counts as common only where the depth agrees as well, so that coming nearer "
+        "or going away is motion");
     v.number("unmeasured_depth", unmeasured_depth,
              {0.5, 1000.0, "m", "depth of an instance of which the sensor measures none: beyond its range"});
-    v.number("minimum_compared", minimum_compared,
-             {0.01, 1.0, "1", "part of each mask that both frames must have been able to show; else no verdict"});
+    v.number(
+        "minimum_compared", minimum_compared,
+        {0.01, 1.0, "1", "part of each mask that both frames must have been able to show; else no verdict"});
   }
 };
 
@@ -56,22 +59,22 @@ struct InstanceView {
   std::optional<SE3> T_wc;  ///< camera to world; nothing where the camera is lost
   double depth_scale;
 
-  /// Inverse depth (1/m) of what is seen at a pixel: measured, else that of the nearest instance there. 0 where
-  /// neither is known.
+  /// Inverse depth (1/m) of what is seen at a pixel: measured, else that of the nearest instance there. 0
+  /// where neither is known.
   [[nodiscard]] double inverse_depth(int x, int y) const;
 };
 
-/// Two shapes, compared in the later view.
+/// An object's two shapes in the later view.
 struct ShapeComparison {
   double iou = 0.0;
-  double hu_similarity = 0.0;
+  HuInvariants earlier{}, later{};
 };
 
 /// Compares the masks of one object in two frames as if the camera had not moved: were the object still, its
 /// earlier points would lie at known places of the later view and the other way round. No picture is warped:
-/// pixels of each mask on a regular grid are carried into the other view, one by one, each standing for the area
-/// it covers there, so there are no holes to close. What the other frame cannot show, because it lies outside
-/// its image or behind something nearer, is left out of both shapes.
+/// pixels of each mask on a regular grid are carried into the other view, one by one, each standing for the
+/// area it covers there, so there are no holes to close. What the other frame cannot show, because it lies
+/// outside its image or behind something nearer, is left out of both shapes.
 class CarriedComparison {
  public:
   CarriedComparison(const Camera& camera, const CarriedComparisonOptions& options);
@@ -84,10 +87,10 @@ class CarriedComparison {
  private:
   struct CarriedMask;
   enum class Place { own, carried };
-  // Carries mask `i` of a view into another, where the same object has mask `j`; its shape is described where it
-  // lies or where it is carried to, about `origin`.
-  [[nodiscard]] CarriedMask carry(const InstanceView& from, std::size_t i, const InstanceView& to, std::size_t j,
-                                  Place described, cv::Point origin) const;
+  // Carries mask `i` of a view into another, where the same object has mask `j`; its shape is described where
+  // it lies or where it is carried to, about `origin`.
+  [[nodiscard]] CarriedMask carry(const InstanceView& from, std::size_t i, const InstanceView& to,
+                                  std::size_t j, Place described, cv::Point origin) const;
 
   Camera camera_;
   CarriedComparisonOptions options_;

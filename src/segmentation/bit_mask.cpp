@@ -60,10 +60,10 @@ IPL_SLAM_TARGET_AVX2 int pack_avx2(const std::uint8_t* pixels, int count, std::u
   const __m256i zero = _mm256_setzero_si256();
   for (int i = 0; i < count / 64; ++i) {
     const auto* at = reinterpret_cast<const __m256i*>(pixels + 64 * i);
-    const auto off_low = static_cast<std::uint32_t>(
-        _mm256_movemask_epi8(_mm256_cmpeq_epi8(_mm256_loadu_si256(at), zero)));
-    const auto off_high = static_cast<std::uint32_t>(
-        _mm256_movemask_epi8(_mm256_cmpeq_epi8(_mm256_loadu_si256(at + 1), zero)));
+    const auto off_low =
+        static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(_mm256_loadu_si256(at), zero)));
+    const auto off_high =
+        static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(_mm256_loadu_si256(at + 1), zero)));
     words[i] = ~(static_cast<std::uint64_t>(off_high) << 32 | off_low);
   }
   return count / 64;
@@ -175,7 +175,9 @@ void BitMask::set_run(int y, int first, int last) {
   }
 }
 
-int BitMask::area(Simd simd) const { return count_both(words_, words_, simd); }
+int BitMask::area(Simd simd) const {
+  return count_both(words_, words_, simd);
+}
 
 bool BitMask::none() const {
   return std::all_of(words_.begin(), words_.end(), [](std::uint64_t word) { return word == 0; });
@@ -184,7 +186,8 @@ bool BitMask::none() const {
 cv::Rect BitMask::bounding_box() const {
   const auto first = std::find_if(words_.begin(), words_.end(), [](std::uint64_t word) { return word != 0; });
   if (first == words_.end()) return {};
-  const auto last = std::find_if(words_.rbegin(), words_.rend(), [](std::uint64_t word) { return word != 0; });
+  const auto last =
+      std::find_if(words_.rbegin(), words_.rend(), [](std::uint64_t word) { return word != 0; });
   const int top = static_cast<int>(first - words_.begin()) / words_per_row_;
   const int bottom = static_cast<int>(words_.rend() - last - 1) / words_per_row_;
   std::vector<std::uint64_t> columns(static_cast<std::size_t>(words_per_row_));  // a row, on where any row is

@@ -10,8 +10,8 @@
 namespace ipl_slam {
 
 /// A binary image, one bit per pixel: pixel (x, y) is bit x % 64 of word x / 64 of row y. Bits beyond the
-/// width are 0. Two masks that are combined must be of the same size. Functions that take a Simd give the same
-/// result with either body.
+/// width are 0. Two masks that are combined must be of the same size. Functions that take a Simd give the
+/// same result with either body.
 class BitMask {
  public:
   BitMask() = default;

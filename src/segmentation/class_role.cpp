@@ -7,8 +7,8 @@ namespace ipl_slam {
 namespace {
 
 constexpr std::array<std::string_view, 19> kLikelyMovers = {
-    "person", "bicycle", "car",   "motorcycle", "airplane", "bus",  "train", "truck",   "boat", "bird",
-    "cat",    "dog",     "horse", "sheep",      "cow",      "elephant", "bear", "zebra", "giraffe"};
+    "person", "bicycle", "car",   "motorcycle", "airplane", "bus",      "train", "truck", "boat",   "bird",
+    "cat",    "dog",     "horse", "sheep",      "cow",      "elephant", "bear",  "zebra", "giraffe"};
 
 // COCO's classes that neither move by themselves nor are carried about in use. Its remaining classes (bags,
 // toys, dishes, food, chairs, electronics, books, ...) are movable.

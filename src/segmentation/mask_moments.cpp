@@ -13,9 +13,9 @@ struct PowerSums {
   std::int64_t s0 = 0, s1 = 0, s2 = 0, s3 = 0;
 };
 
-// A row is a set of runs, and the sum of x^k over a run from a to b - 1 is F_k(b) - F_k(a) with F_k(n) the sum
-// over 0 .. n - 1, which has a closed form. So each end of a run, found as a bit that differs from the one to its
-// left, adds F_k with the sign of its kind.
+// A row is a set of runs, and the sum of x^k over a run from a to b - 1 is F_k(b) - F_k(a) with F_k(n) the
+// sum over 0 .. n - 1, which has a closed form. So each end of a run, found as a bit that differs from the
+// one to its left, adds F_k with the sign of its kind.
 PowerSums row_sums(const std::uint64_t* words, int count, int width) {
   PowerSums sums;
   const auto add = [&sums](std::int64_t n, std::int64_t sign) {
@@ -48,8 +48,10 @@ Moments<double> shifted(const Moments<std::int64_t>& m, std::int64_t x, std::int
   s.m11 = static_cast<double>(m.m11 - x * m.m01 - y * m.m10 + x * y * m.m00);
   s.m02 = static_cast<double>(m.m02 - 2 * y * m.m01 + y * y * m.m00);
   s.m30 = static_cast<double>(m.m30 - 3 * x * m.m20 + 3 * x * x * m.m10 - x * x * x * m.m00);
-  s.m21 = static_cast<double>(m.m21 - 2 * x * m.m11 + x * x * m.m01 - y * (m.m20 - 2 * x * m.m10 + x * x * m.m00));
-  s.m12 = static_cast<double>(m.m12 - 2 * y * m.m11 + y * y * m.m10 - x * (m.m02 - 2 * y * m.m01 + y * y * m.m00));
+  s.m21 = static_cast<double>(m.m21 - 2 * x * m.m11 + x * x * m.m01 -
+                              y * (m.m20 - 2 * x * m.m10 + x * x * m.m00));
+  s.m12 = static_cast<double>(m.m12 - 2 * y * m.m11 + y * y * m.m10 -
+                              x * (m.m02 - 2 * y * m.m01 + y * y * m.m00));
   s.m03 = static_cast<double>(m.m03 - 3 * y * m.m02 + 3 * y * y * m.m01 - y * y * y * m.m00);
   return s;
 }
@@ -93,7 +95,7 @@ HuInvariants hu_invariants(const Moments<double>& m) {
   const double n12 = third * (m.m12 - 2.0 * y * m.m11 - x * m.m02 + 2.0 * y * y * m.m10);
   const double n03 = third * (m.m03 - 3.0 * y * m.m02 + 2.0 * y * y * m.m01);
 
-  const double a = n30 + n12, b = n21 + n03;            // the sums and
+  const double a = n30 + n12, b = n21 + n03;              // the sums and
   const double c = n30 - 3.0 * n12, d = 3.0 * n21 - n03;  // differences of which Hu's formulas consist
   const double e = n20 - n02;
   const double p = a * a - 3.0 * b * b, q = 3.0 * a * a - b * b;

@@ -14,8 +14,8 @@ struct Moments {
   friend bool operator==(const Moments&, const Moments&) = default;
 };
 
-/// Moments of a mask about pixel (0, 0), each pixel a point of weight 1 at its centre: exact integers. Sides of
-/// the mask up to 4096 pixels.
+/// Moments of a mask about pixel (0, 0), each pixel a point of weight 1 at its centre: exact integers. Sides
+/// of the mask up to 4096 pixels.
 [[nodiscard]] Moments<std::int64_t> mask_moments(const BitMask& mask);
 
 /// Hu's seven invariants of a shape: they do not change when it is shifted, scaled or turned (Hu, "Visual
