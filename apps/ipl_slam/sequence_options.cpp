@@ -13,9 +13,8 @@ CLI::Validator not_empty() {
   return {[](const std::string& word) { return word.empty() ? "a path is wanted, not nothing" : ""; }, ""};
 }
 
-void SequenceOptions::add_to(CLI::App& verb) {
-  verb.add_option("sequence", folder,
-                  "Folder in TUM RGB-D layout: rgb.txt and depth.txt, or associations.txt")
+void SequenceOptions::add_to(CLI::App& verb, const std::string& folder_meaning) {
+  verb.add_option("sequence", folder, folder_meaning)
       ->type_name("FOLDER")
       ->check(not_empty())
       ->required();

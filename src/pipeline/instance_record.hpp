@@ -1,14 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <string>
-#include <vector>
 
-#include <nlohmann/json_fwd.hpp>
 #include <opencv2/core.hpp>
 
 #include "common/ids.hpp"
 #include "dynamics/contour_window.hpp"
-#include "segmentation/instance.hpp"
 
 namespace ipl_slam {
 
@@ -20,7 +18,8 @@ struct InstanceRecord {
   cv::Rect box;            ///< pixels
   int area = 0;            ///< of the mask, pixels
   int frames_carried = 0;  ///< source frames since a segmenter last saw it
-  Verdict verdict;         ///< as known when the frame had been worked off
+  /// As known when the frame had been worked off; nothing where instances are not judged.
+  std::optional<ContourVerdict> verdict;
 };
 
 }  // namespace ipl_slam
