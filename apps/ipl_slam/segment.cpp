@@ -56,7 +56,7 @@ struct Times {
   void print() const {
     const auto line = [](const char* name, const std::vector<double>& values) {
       if (values.empty()) return;
-      const Statistics s = statistics(values);
+      const Statistics s = run_statistics(values);
       fmt::print("  {:<12} mean {:8.2f}  median {:8.2f}\n", name, s.mean, s.median);
     };
     fmt::print("time per image, ms\n");
@@ -187,8 +187,7 @@ void segment_sequence(const SegmentOptions& options, const Config& config) {
   install_interrupt_handler();
 
   PrefetchingSource source(std::move(dataset));
-  InstanceTracker tracker(camera, config.instances);
-  const MaskCarrier carrier(camera, config.instances.carrier);
+  InstanceTracker tracker(camera, config.instances, config.mask_carrier);
   const std::size_t limit = options.sequence.max_frames;
   std::optional<ProgressBar> bar;
   if (says_remarks()) bar.emplace("segmenting", limit > 0 ? std::min(limit, source.size()) : source.size());
@@ -206,11 +205,11 @@ void segment_sequence(const SegmentOptions& options, const Config& config) {
     }
     const RgbdFrame& frame = *item->frame;
     const Stopwatch stopwatch;
-    std::vector<Instance> found = segmenter->segment(frame);
+    const std::vector<Instance> found = segmenter->segment(frame);
     times.add(stopwatch.milliseconds(), *segmenter);
     if (judge) judge->add(frame, found);
     instances += found.size();
-    const std::vector<TrackedInstance> tracked = tracker.update(carrier.view(frame), std::move(found), std::nullopt);
+    const std::vector<TrackedInstance> tracked = tracker.update(tracker.view(frame), found);
     overlays.add(frame, tracked);
     if (options.save_masks) save_masks(masks, frame, tracked);
     log_lines += instances_line(frame.index, frame.timestamp, 0, records_of(tracked));

@@ -44,6 +44,7 @@ struct Config {
   OrbOptions orb;
   SegmentationOptions segmentation;
   InstanceTrackerOptions instances;
+  MaskCarrierOptions mask_carrier;
   ContourWindowOptions contours;
   TrackerOptions tracking;
   KeyframePolicyOptions keyframes;
@@ -56,6 +57,7 @@ struct Config {
     v.section("orb", orb, "point features");
     v.section("segmentation", segmentation, "who is in the picture");
     v.section("instances", instances, "instances followed from frame to frame");
+    v.section("mask_carrier", mask_carrier, "masks brought from one frame to another");
     v.section("contours", contours, "which instances move, by the similarity of their contours");
     v.section("tracking", tracking, "camera pose of every frame");
     v.section("keyframes", keyframes, "which frames enter the map");

@@ -31,6 +31,12 @@ ContourVerdict find(const Verdicts& verdicts, InstanceId id) {
   return found == verdicts.end() ? ContourVerdict{.id = id} : found->second;
 }
 
+// The camera's motion T_to_from between two poses (camera to world), where both are known.
+std::optional<SE3> motion_between(const std::optional<SE3>& T_w_from, const std::optional<SE3>& T_w_to) {
+  if (!T_w_from || !T_w_to) return std::nullopt;
+  return T_w_to->inverse() * *T_w_from;
+}
+
 class NoInstances final : public InstanceSchedule {
  public:
   [[nodiscard]] FrameInstances see(const RgbdFrame&, const std::optional<SE3>&) override { return {}; }
@@ -50,8 +56,7 @@ class LockstepInstances final : public InstanceSchedule {
   LockstepInstances(std::unique_ptr<Segmenter> segmenter, const Camera& camera, const Config& config)
       : segmenter_(std::move(segmenter)),
         every_(static_cast<std::size_t>(config.segmentation.every)),
-        carrier_(camera, config.instances.carrier),
-        tracker_(camera, config.instances),
+        tracker_(camera, config.instances, config.mask_carrier),
         window_(camera, config.contours) {}
 
   [[nodiscard]] FrameInstances see(const RgbdFrame& frame, const std::optional<SE3>& T_wc) override {
@@ -63,8 +68,10 @@ class LockstepInstances final : public InstanceSchedule {
       times_.segmentation.push_back(stopwatch.restart());
       segmented_ = frame.index;
     }
-    const CarryView view = carrier_.view(frame);
-    seen_ = due ? tracker_.update(view, std::move(detections), T_wc) : tracker_.carry(view, T_wc);
+    const CarryView view = tracker_.view(frame);
+    const std::optional<SE3> T_now_last = motion_between(last_T_wc_, T_wc);
+    const SE3* motion = T_now_last ? &*T_now_last : nullptr;
+    seen_ = due ? tracker_.update(view, detections, motion) : tracker_.carry(view, motion);
     times_.tracks.push_back(stopwatch.restart());
     return {seen_, static_cast<int>(frame.index - *segmented_)};
   }
@@ -75,6 +82,7 @@ class LockstepInstances final : public InstanceSchedule {
     times_.contours.push_back(stopwatch.milliseconds());
     verdicts_ = by_id(found.verdicts);
     for (const DynamicSpan& span : found.dynamic) dynamic_.add(span);
+    last_T_wc_ = T_wc;
   }
 
   [[nodiscard]] ContourVerdict verdict(InstanceId id) const override { return find(verdicts_, id); }
@@ -85,9 +93,9 @@ class LockstepInstances final : public InstanceSchedule {
  private:
   std::unique_ptr<Segmenter> segmenter_;
   std::size_t every_;
-  MaskCarrier carrier_;
   InstanceTracker tracker_;
   ContourWindow window_;
+  std::optional<SE3> last_T_wc_;          // of the frame before
   std::optional<std::size_t> segmented_;  // the frame that was segmented last
   std::vector<TrackedInstance> seen_;     // in the frame that was seen last
   Verdicts verdicts_;
@@ -154,9 +162,9 @@ class Worker {
 class RealtimeInstances final : public InstanceSchedule {
  public:
   RealtimeInstances(std::unique_ptr<Segmenter> segmenter, const Camera& camera, const Config& config)
-      : carrier_(camera, config.instances.carrier),
+      : carrier_(camera, config.mask_carrier),
         segmenter_(std::move(segmenter)),
-        tracker_(camera, config.instances),
+        tracker_(camera, config.instances, config.mask_carrier),
         window_(camera, config.contours),
         segmentation_([this](RgbdFrame& frame) { segment(frame); }),
         contours_([this](ContourFrame& frame) { judge(frame); }) {}
@@ -168,10 +176,7 @@ class RealtimeInstances final : public InstanceSchedule {
     }
     const std::shared_ptr<const Segmented> newest = published();
     if (!newest) return {};
-    std::optional<SE3> T_to_from;
-    if (const std::optional<SE3> T_w_from = pose_of(newest->frame.index); T_wc && T_w_from) {
-      T_to_from = T_wc->inverse() * *T_w_from;
-    }
+    const std::optional<SE3> T_to_from = motion_between(pose_of(newest->frame.index), T_wc);
     return carried_to(frame, *newest, T_to_from ? &*T_to_from : nullptr);
   }
 
@@ -206,11 +211,11 @@ class RealtimeInstances final : public InstanceSchedule {
   // On the segmentation thread.
   void segment(RgbdFrame& frame) {
     Stopwatch stopwatch;
-    std::vector<Instance> detections = segmenter_->segment(frame);
+    const std::vector<Instance> detections = segmenter_->segment(frame);
     times_.segmentation.push_back(stopwatch.restart());
     auto result = std::make_shared<Segmented>();
     result->view = carrier_.view(frame);
-    result->instances = tracker_.update(result->view, std::move(detections), std::nullopt);
+    result->instances = tracker_.update(result->view, detections);
     result->frame = std::move(frame);
     times_.tracks.push_back(stopwatch.restart());
     std::lock_guard lock(mutex_);
