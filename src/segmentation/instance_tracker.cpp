@@ -1,0 +1,270 @@
+#include "segmentation/instance_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "segmentation/assignment.hpp"
+
+namespace ipl_slam {
+namespace {
+
+constexpr const char* kUnknown = "unknown";
+constexpr const char* kPerson = "person";
+
+// Detectors take a chair for a couch, but a person for nothing else: who sits on a chair must not become it.
+bool never_one(const std::string& a, const std::string& b) {
+  return a != b && (a == kPerson || b == kPerson) && a != kUnknown && b != kUnknown;
+}
+
+bool same_class(const std::string& a, const std::string& b) {
+  return a == b || a == kUnknown || b == kUnknown;
+}
+
+bool overlap_possible(const BitMask& a, const BitMask& b) {
+  return !(a.bounding_box() & b.bounding_box()).empty();
+}
+
+}  // namespace
+
+const std::string& InstanceTracker::Track::class_name() const {
+  return std::max_element(votes.begin(), votes.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
+
+std::vector<TrackedInstance> InstanceTracker::update(const CarryView& view,
+                                                     const std::vector<Instance>& detections,
+                                                     const SE3* T_to_from) {
+  advance(view, T_to_from);
+  std::vector<Candidate> found = candidates(view, without_duplicates(detections));
+  associate(found, true, &InstanceTracker::overlap);
+  join_parts(found);
+  associate(found, true, &InstanceTracker::resemblance);
+  associate(found, false, &InstanceTracker::resemblance);
+
+  const std::size_t known = tracks_.size();
+  std::vector<bool> detected(known, false);
+  for (Candidate& candidate : found) {
+    if (candidate.instance.mask.none()) continue;  // joined to another
+    if (candidate.track < 0) {
+      tracks_.emplace_back().id = InstanceId{next_id_++};
+      confirm(tracks_.back(), candidate);
+    } else {
+      detected[static_cast<std::size_t>(candidate.track)] = true;
+      confirm(tracks_[static_cast<std::size_t>(candidate.track)], candidate);
+    }
+  }
+  for (std::size_t i = 0; i < known; ++i) {
+    if (!detected[i]) miss(tracks_[i], found);
+  }
+  return in_view();
+}
+
+std::vector<TrackedInstance> InstanceTracker::carry(const CarryView& view, const SE3* T_to_from) {
+  advance(view, T_to_from);
+  return in_view();
+}
+
+// Everything that is remembered moves on to the new frame.
+void InstanceTracker::advance(const CarryView& view, const SE3* T_to_from) {
+  if (!view_.pyramid.empty() && view.index <= view_.index) {
+    throw std::invalid_argument("instance tracker: frames must come in order");
+  }
+  const int frames = view_.pyramid.empty() ? 0 : static_cast<int>(view.index - view_.index);
+  std::vector<Track*> visible;
+  std::vector<const BitMask*> masks;
+  for (Track& track : tracks_) {
+    track.frames_carried += frames;
+    if (track.in_sight()) {
+      visible.push_back(&track);
+      masks.push_back(&track.mask);
+    } else if (T_to_from != nullptr && track.place.z() > 0.0) {
+      track.place = *T_to_from * track.place;
+    }
+  }
+  std::vector<CarriedMask> carried;
+  if (!masks.empty()) carried = carrier_.carry(view_, masks, view, T_to_from);
+  for (std::size_t i = 0; i < visible.size(); ++i) {
+    Track& track = *visible[i];
+    const bool supported = carried[i].followed ? carried[i].support >= options_.min_support
+                                               : carried[i].depth_fit > 1.0 - options_.min_depth_fit;
+    const bool there = supported && carried[i].depth_fit >= options_.min_depth_fit &&
+                       carried[i].mask.area() >= options_.min_area * track.seen_area &&
+                       track.frames_carried <= options_.max_carried;
+    track.mask = there ? std::move(carried[i].mask) : BitMask();
+    if (there) {
+      if (const Eigen::Vector3d place = place_of(view, track.mask); place.z() > 0.0) track.place = place;
+    }
+  }
+  std::erase_if(tracks_, [&](const Track& track) { return track.frames_carried > options_.max_out_of_sight; });
+  view_ = view;
+}
+
+// Best score first: an object that was found twice, or a part of one that was found as well.
+std::vector<Instance> InstanceTracker::without_duplicates(const std::vector<Instance>& detections) const {
+  std::vector<const Instance*> by_score;
+  for (const Instance& detection : detections) {
+    if (!detection.mask.none()) by_score.push_back(&detection);
+  }
+  std::stable_sort(by_score.begin(), by_score.end(),
+                   [](const Instance* a, const Instance* b) { return a->score > b->score; });
+  std::vector<Instance> kept;
+  for (const Instance* detection : by_score) {
+    const bool duplicate = std::any_of(kept.begin(), kept.end(), [&](Instance& other) {
+      if (never_one(other.class_name, detection->class_name)) return false;
+      const double both = intersection_area(other.mask, detection->mask);
+      const double area = detection->mask.area(), other_area = other.mask.area();
+      if (both >= options_.duplicate_iou * (area + other_area - both)) return true;
+      if (!same_class(other.class_name, detection->class_name)) return false;
+      if (both < options_.duplicate_inside * std::min(area, other_area)) return false;
+      other.mask |= detection->mask;  // one is a part of the other, whichever had the better score
+      other.box = other.mask.bounding_box();
+      return true;
+    });
+    if (!duplicate) kept.push_back(*detection);
+  }
+  return kept;
+}
+
+std::vector<InstanceTracker::Candidate> InstanceTracker::candidates(const CarryView& view,
+                                                                    std::vector<Instance> detections) const {
+  std::vector<Candidate> result;
+  for (Instance& detection : detections) {
+    Candidate candidate;
+    candidate.appearance = Appearance(view, detection.mask);
+    candidate.place = place_of(view, detection.mask);
+    candidate.instance = std::move(detection);
+    result.push_back(std::move(candidate));
+  }
+  return result;
+}
+
+// Pairs the tracks in sight, or those out of sight, with the detections that have none yet, so that the sum
+// of scores is largest. A score of 0 means that they cannot be one.
+void InstanceTracker::associate(std::vector<Candidate>& candidates, bool in_sight, Score score) const {
+  std::vector<bool> taken(tracks_.size(), false);
+  for (const Candidate& candidate : candidates) {
+    if (candidate.track >= 0) taken[static_cast<std::size_t>(candidate.track)] = true;
+  }
+  std::vector<int> tracks, open;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (!taken[i] && tracks_[i].in_sight() == in_sight) tracks.push_back(static_cast<int>(i));
+  }
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (candidates[i].track < 0 && !candidates[i].instance.mask.none()) open.push_back(static_cast<int>(i));
+  }
+  if (tracks.empty() || open.empty()) return;
+  Eigen::MatrixXd costs(tracks.size(), open.size());
+  for (Eigen::Index i = 0; i < costs.rows(); ++i) {
+    for (Eigen::Index j = 0; j < costs.cols(); ++j) {
+      costs(i, j) = -(this->*score)(tracks_[static_cast<std::size_t>(tracks[static_cast<std::size_t>(i)])],
+                                    candidates[static_cast<std::size_t>(open[static_cast<std::size_t>(j)])]);
+    }
+  }
+  const std::vector<int> column = assign(costs);
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    if (column[i] < 0 || costs(static_cast<Eigen::Index>(i), column[i]) >= 0.0) continue;
+    candidates[static_cast<std::size_t>(open[static_cast<std::size_t>(column[i])])].track = tracks[i];
+  }
+}
+
+double InstanceTracker::overlap(const Track& track, const Candidate& candidate) const {
+  constexpr double kAppearance = 0.2;  // weight of colours, to tell people apart whose masks cross
+  const std::string& track_class = track.class_name();
+  if (never_one(track_class, candidate.instance.class_name)) return 0.0;
+  if (!overlap_possible(track.mask, candidate.instance.mask)) return 0.0;
+  double score = iou(track.mask, candidate.instance.mask);
+  if (!same_class(track_class, candidate.instance.class_name)) score *= options_.other_class;
+  if (score < options_.min_overlap) return 0.0;
+  return score + kAppearance * track.appearance.similarity(candidate.appearance);
+}
+
+double InstanceTracker::resemblance(const Track& track, const Candidate& candidate) const {
+  constexpr double kRoom = 0.5;  // m; the middle of what is seen of somebody moves even if he stays
+  if (!same_class(track.class_name(), candidate.instance.class_name)) return 0.0;
+  const double similarity = track.appearance.similarity(candidate.appearance);
+  if (similarity < options_.min_similarity) return 0.0;
+  if (track.place.z() <= 0.0 || candidate.place.z() <= 0.0) return similarity;
+  const double distance = (track.place - candidate.place).norm();
+  const double reach = kRoom + options_.max_speed * track.frames_carried / options_.frame_rate;
+  return distance > reach ? 0.0 : similarity + 1.0 - distance / reach;
+}
+
+// A detection that lies in the mask of a track that has another detection already is a part of that.
+void InstanceTracker::join_parts(std::vector<Candidate>& candidates) const {
+  for (Candidate& part : candidates) {
+    if (part.track >= 0) continue;
+    for (Candidate& whole : candidates) {
+      if (whole.track < 0) continue;
+      const Track& track = tracks_[static_cast<std::size_t>(whole.track)];
+      if (!same_class(track.class_name(), part.instance.class_name)) continue;
+      if (intersection_area(track.mask, part.instance.mask) <
+          options_.duplicate_inside * part.instance.mask.area()) {
+        continue;
+      }
+      whole.instance.mask |= part.instance.mask;
+      part.instance.mask = BitMask(part.instance.mask.size());
+      break;
+    }
+  }
+}
+
+void InstanceTracker::confirm(Track& track, const Candidate& candidate) {
+  constexpr float kAppearanceRate = 0.1F;  // a look is learnt over about ten sightings
+  track.votes[candidate.instance.class_name] += candidate.instance.score;
+  track.score = candidate.instance.score;
+  track.mask = candidate.instance.mask;
+  track.seen_area = track.mask.area();
+  track.appearance.blend(candidate.appearance, kAppearanceRate);
+  track.place = candidate.place;
+  ++track.detections;
+  track.misses = 0;
+  track.frames_carried = 0;
+}
+
+// The mask is carried on where no detected instance lies. What was detected a few times only is given up
+// after as many misses: it may have been nothing.
+void InstanceTracker::miss(Track& track, const std::vector<Candidate>& candidates) {
+  ++track.misses;
+  if (!track.in_sight()) return;
+  for (const Candidate& candidate : candidates) {
+    if (overlap_possible(track.mask, candidate.instance.mask)) track.mask -= candidate.instance.mask;
+  }
+  if (track.misses > track.detections || track.mask.area() < options_.min_area * track.seen_area) {
+    track.mask = BitMask();
+  }
+}
+
+// The middle of a mask at its median depth.
+Eigen::Vector3d InstanceTracker::place_of(const CarryView& view, const BitMask& mask) const {
+  constexpr int kStep = 4;  // pixels; a sample of the mask does
+  std::vector<int> depths;
+  Eigen::Vector2d sum(0, 0);
+  const cv::Rect box = mask.bounding_box();
+  for (int y = box.y; y < box.br().y; y += kStep) {
+    for (int x = box.x; x < box.br().x; x += kStep) {
+      if (!mask.test(x, y) || view.depth.at<std::uint16_t>(y, x) == 0) continue;
+      depths.push_back(view.depth.at<std::uint16_t>(y, x));
+      sum += Eigen::Vector2d(x, y);
+    }
+  }
+  if (depths.empty()) return {0, 0, 0};
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return camera_.unproject(camera_.undistort(sum / static_cast<double>(depths.size())),
+                           *middle / camera_.depth_scale);
+}
+
+std::vector<TrackedInstance> InstanceTracker::in_view() const {
+  std::vector<TrackedInstance> result;
+  for (const Track& track : tracks_) {
+    if (!track.in_sight()) continue;
+    result.push_back({track.id,
+                      {track.class_name(), track.score, track.mask.bounding_box(), track.mask},
+                      track.frames_carried});
+  }
+  return result;
+}
+
+}  // namespace ipl_slam
