@@ -28,7 +28,7 @@ Verdicts by_id(const std::vector<ContourVerdict>& verdicts) {
 
 ContourVerdict find(const Verdicts& verdicts, InstanceId id) {
   const auto found = verdicts.find(id);
-  return found == verdicts.end() ? ContourVerdict{.id = id} : found->second;
+  return found == verdicts.end() ? ContourVerdict{.id = id, .state = MotionState::candidate, .similarity = std::nullopt} : found->second;
 }
 
 // The camera's motion T_to_from between two poses (camera to world), where both are known.
@@ -41,7 +41,7 @@ class NoInstances final : public InstanceSchedule {
  public:
   [[nodiscard]] FrameInstances see(const RgbdFrame&, const std::optional<SE3>&) override { return {}; }
   void placed(const RgbdFrame&, const std::optional<SE3>&) override {}
-  [[nodiscard]] ContourVerdict verdict(InstanceId id) const override { return {.id = id}; }
+  [[nodiscard]] ContourVerdict verdict(InstanceId id) const override { return find({}, id); }
   void finish() override {}
   [[nodiscard]] const InstanceTimes& times() const override { return times_; }
   [[nodiscard]] const DynamicSpans& dynamic() const override { return dynamic_; }
