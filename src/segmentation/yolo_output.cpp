@@ -73,6 +73,7 @@ std::vector<Detection> find_candidates(const YoloOutput& output, float min_score
 }
 
 cv::Rect image_box(const Detection& detection, const Letterbox& letterbox) {
+  if (!(detection.x1 > detection.x0 && detection.y1 > detection.y0)) return {};  // also one that is no number
   const cv::Point2d first = letterbox.to_image({detection.x0, detection.y0});
   const cv::Point2d last = letterbox.to_image({detection.x1, detection.y1});
   const auto nearest = [](double value, int size) {
