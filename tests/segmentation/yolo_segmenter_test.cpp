@@ -230,7 +230,7 @@ class RealYoloTest : public YoloSegmenterTest {
 TEST_F(RealYoloTest, FindsTwoPeople) {
   options_.classes = "person";
   YoloSegmenter segmenter(options_);
-  for (std::size_t i = 0; i < 45; i += 15) {  // one of them has left by the end
+  for (std::size_t i = 0; i < 45; i += 15) {  // at the end one hides the other
     const auto people = segmenter.segment(load(pictures_[i]));
     EXPECT_GE(people.size(), 2U) << pictures_[i];
     for (const Instance& person : people) {
