@@ -9,10 +9,10 @@ find_package(nlohmann_json REQUIRED CONFIG)
 find_package(Threads REQUIRED)
 find_package(OpenCVModules REQUIRED COMPONENTS core imgproc imgcodecs features2d calib3d video)
 
-# Optional: without it the program is built without the YOLO segmenter.
+# Without it there is no YOLO segmenter; all else is the same.
 find_package(ONNXRuntime)
 if(ONNXRuntime_FOUND)
-  message(STATUS "YOLO segmenter: yes (${ONNXRuntime_LIBRARY})")
+  message(STATUS "YOLO segmenter: yes, with ${ONNXRuntime_LIBRARY}")
 else()
   message(STATUS "YOLO segmenter: no, ONNX Runtime was not found")
 endif()

@@ -1,15 +1,15 @@
 # Finds ONNX Runtime and defines the target onnxruntime::onnxruntime.
 #
-# Looked for, in this order: the folder ONNXRUNTIME_ROOT (with include/ and lib/), the one that `./dev` unpacks, the
-# system. The library may lie there without the plain name libonnxruntime.so that development packages add.
-set(ONNXRUNTIME_ROOT "" CACHE PATH "Folder with ONNX Runtime's include/ and lib/; empty: what ./dev unpacked, or the system's")
-set(ONNXRuntime_UNPACKED ${PROJECT_SOURCE_DIR}/build/third_party/onnxruntime)
+# Looked for in this order: the folder ONNXRUNTIME_ROOT, what `./dev` unpacked, the system. The library may lie there as
+# libonnxruntime.so.1, without the plain name that development packages add.
+set(ONNXRUNTIME_ROOT "" CACHE PATH "Folder with include/ and lib/ of an ONNX Runtime to use before any other")
+set(ONNXRuntime_FOLDERS ${ONNXRUNTIME_ROOT} ${PROJECT_SOURCE_DIR}/build/third_party/onnxruntime)
 
 find_path(ONNXRuntime_INCLUDE_DIR onnxruntime_cxx_api.h
-  HINTS ${ONNXRUNTIME_ROOT} ${ONNXRuntime_UNPACKED}
-  PATH_SUFFIXES include include/onnxruntime include/onnxruntime/core/session onnxruntime)
+  HINTS ${ONNXRuntime_FOLDERS}
+  PATH_SUFFIXES include include/onnxruntime onnxruntime onnxruntime/core/session include/onnxruntime/core/session)
 find_library(ONNXRuntime_LIBRARY NAMES onnxruntime libonnxruntime.so.1
-  HINTS ${ONNXRUNTIME_ROOT} ${ONNXRuntime_UNPACKED} PATH_SUFFIXES lib)
+  HINTS ${ONNXRuntime_FOLDERS} PATH_SUFFIXES lib)
 mark_as_advanced(ONNXRuntime_INCLUDE_DIR ONNXRuntime_LIBRARY)
 
 include(FindPackageHandleStandardArgs)

@@ -45,6 +45,26 @@ std::vector<float> weighted_sum(const YoloOutput& output, int anchor, const cv::
   return sum;
 }
 
+/// Switches on the pixels from `first` on, one per sample, where the interpolated line of values is positive.
+/// The line starts at prototype column `line_start`, `words` is the row of a mask. One word after the other,
+/// without branches.
+void set_positive(const std::vector<float>& line, int line_start, const std::vector<Sample>& columns,
+                  int first, std::uint64_t* words) {
+  const int count = static_cast<int>(columns.size());
+  for (int i = 0; i < count;) {
+    const int word = (first + i) / 64;
+    const int end = std::min(count, 64 * (word + 1) - first);
+    std::uint64_t bits = 0;
+    for (int shift = (first + i) % 64; i < end; ++i, ++shift) {
+      const Sample& column = columns[static_cast<std::size_t>(i)];
+      const float* pair = line.data() + (column.index - line_start);
+      const bool positive = pair[0] + column.weight * (pair[1] - pair[0]) > 0.0F;
+      bits |= static_cast<std::uint64_t>(positive) << shift;
+    }
+    words[word] |= bits;
+  }
+}
+
 }  // namespace
 
 std::vector<Detection> find_candidates(const YoloOutput& output, float min_score,
@@ -73,6 +93,7 @@ std::vector<Detection> find_candidates(const YoloOutput& output, float min_score
 }
 
 cv::Rect image_box(const Detection& detection, const Letterbox& letterbox) {
+  if (!(detection.x1 > detection.x0 && detection.y1 > detection.y0)) return {};  // also one that is no number
   const cv::Point2d first = letterbox.to_image({detection.x0, detection.y0});
   const cv::Point2d last = letterbox.to_image({detection.x1, detection.y1});
   const auto nearest = [](double value, int size) {
@@ -110,11 +131,7 @@ BitMask decode_mask(const YoloOutput& output, const Detection& detection, const 
     const float* lower = row.index + 1 < last.y ? upper + width : upper;
     for (std::size_t x = 0; x < width; ++x) line[x] = upper[x] + row.weight * (lower[x] - upper[x]);
     line[width] = line[width - 1];
-    for (int x = 0; x < box.width; ++x) {
-      const Sample column = columns[static_cast<std::size_t>(x)];
-      const float* pair = line.data() + (column.index - part.x);
-      if (pair[0] + column.weight * (pair[1] - pair[0]) > 0.0F) mask.set(box.x + x, box.y + y);
-    }
+    set_positive(line, part.x, columns, box.x, mask.row(box.y + y));
   }
   return mask;
 }
