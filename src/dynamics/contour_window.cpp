@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "dynamics/shape_similarity.hpp"
+#include "segmentation/class_role.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -41,6 +42,7 @@ double median_of(std::vector<double> values) {
 ContourWindowOptions paper_contour_window() {
   ContourWindowOptions options;
   options.threshold = 0.85;
+  options.movable_threshold = 0.85;
   options.iou_weight = 0.5;
   options.median = false;
   options.compensate = false;
@@ -120,7 +122,7 @@ void ContourWindow::judge(Track& track, std::size_t instance) {
   if (similarities.size() < static_cast<std::size_t>(options_.minimum_pairs))
     return;  // the last verdict stands
   const double similarity = options_.median ? median_of(similarities) : mean_of(similarities);
-  const bool moving = similarity < options_.threshold;
+  const bool moving = similarity < threshold_of(instance);
   track.verdict.similarity = similarity;
   track.verdict.state = moving ? MotionState::moving : MotionState::still;
   if (moving && options_.record_table) {
@@ -136,7 +138,7 @@ void ContourWindow::check_known_mover(Track& track, std::size_t instance) {
   const std::optional<Pair> pair = compare(instance, options_.pair_gap);
   if (!pair) return;
   track.verdict.similarity = pair->similarity;
-  movers_.check(track.verdict.id, pair->earlier, now, pair->similarity >= options_.threshold);
+  movers_.check(track.verdict.id, pair->earlier, now, pair->similarity >= threshold_of(instance));
   if (!movers_.contains(track.verdict.id)) track.verdict.state = MotionState::still;
 }
 
@@ -166,6 +168,11 @@ std::optional<ContourWindow::Pair> ContourWindow::compare(std::size_t instance, 
   return Pair{
       best->frame, now.frame,
       shape_similarity(shapes->iou, hu_similarity(shapes->earlier, shapes->later), options_.iou_weight)};
+}
+
+double ContourWindow::threshold_of(std::size_t instance) const {
+  const std::string& name = views_.back().seen.instances[instance].instance.class_name;
+  return class_role(name) == ClassRole::likely_mover ? options_.threshold : options_.movable_threshold;
 }
 
 void ContourWindow::forget_old(std::size_t now) {

@@ -21,16 +21,17 @@ namespace ipl_slam {
 /// camera does the rest. The defaults are what told people who walk from people and things that stay in
 /// recorded sequences (docs/method.md).
 struct ContourWindowOptions {
-  int window = 20;           ///< source frames over which an instance is judged
-  int pair_gap = 10;         ///< source frames between the masks of a pair
-  int tolerance = 5;         ///< source frames by which a pair's gap may differ where frames have no masks
-  int minimum_pairs = 3;     ///< pairs from which on an instance is judged
-  double threshold = 0.6;    ///< similarity over the window below this is motion
-  double iou_weight = 1.0;   ///< share of IoU in the similarity, the rest is that of the Hu invariants
-  bool median = true;        ///< the window's similarity is the median of its pairs, else their mean
-  bool compensate = true;    ///< carry masks along with the camera's motion before they are compared
-  bool record_table = true;  ///< known movers are moving at once, without analysis
-  int forget_after = 300;    ///< source frames after which an instance that is not seen is forgotten
+  int window = 20;         ///< source frames over which an instance is judged
+  int pair_gap = 10;       ///< source frames between the masks of a pair
+  int tolerance = 5;       ///< source frames by which a pair's gap may differ where frames have no masks
+  int minimum_pairs = 3;   ///< pairs from which on an instance is judged
+  double threshold = 0.6;  ///< similarity over the window below this is motion
+  double movable_threshold = 0.45;  ///< the same for classes that do not move by themselves (class_role.hpp)
+  double iou_weight = 1.0;          ///< share of IoU in the similarity, the rest is that of the Hu invariants
+  bool median = true;               ///< the window's similarity is the median of its pairs, else their mean
+  bool compensate = true;           ///< carry masks along with the camera's motion before they are compared
+  bool record_table = true;         ///< known movers are moving at once, without analysis
+  int forget_after = 300;           ///< source frames after which an instance that is not seen is forgotten
   CarriedComparisonOptions carried;
 
   template <class Visitor>
@@ -135,6 +136,8 @@ class ContourWindow {
   void check_known_mover(Track& track, std::size_t instance);
   // With its mask in the frame nearest to `gap` frames ago.
   [[nodiscard]] std::optional<Pair> compare(std::size_t instance, int gap) const;
+  // What a similarity must not fall below.
+  [[nodiscard]] double threshold_of(std::size_t instance) const;
   void forget_old(std::size_t now);
 
   ContourWindowOptions options_;
