@@ -74,6 +74,13 @@ double InstanceView::inverse_depth(int x, int y) const {
   return nearest;
 }
 
+bool InstanceView::another_instance(std::size_t i, int x, int y) const {
+  for (std::size_t k = 0; k < instances.size(); ++k) {
+    if (k != i && instances[k].instance.mask.test(x, y)) return true;
+  }
+  return false;
+}
+
 // Areas in pixels of the view in which the shape is described.
 struct CarriedComparison::CarriedMask {
   double area = 0.0;        // of all that was carried
@@ -126,7 +133,9 @@ CarriedComparison::CarriedMask CarriedComparison::carry(const InstanceView& from
     const bool in_other = other.test(u, v);
     const double seen = to.inverse_depth(u, v);
     const double nearer_by = seen - 1.0 / p.z();              // 1/m, how much nearer what is seen there is
-    if (!in_other && nearer_by > options_.depth_gap) return;  // covered by something else
+    // Covered by something nearer, or by another instance that is not clearly behind.
+    const double covers_from = to.another_instance(j, u, v) ? -options_.depth_gap : options_.depth_gap;
+    if (!in_other && nearer_by > covers_from) return;
     const bool measured = raw != 0 && seen != 0.0;
     const bool same_surface = measured && std::abs(nearer_by) <= options_.depth_gap;
     // Outside the other mask, but still in its place: rather the outline's noise than motion.

@@ -68,6 +68,8 @@ struct InstanceView {
   /// Inverse depth (1/m) of what is seen at a pixel: measured, else that of the nearest instance there. 0
   /// where neither is known.
   [[nodiscard]] double inverse_depth(int x, int y) const;
+  /// Whether a pixel belongs to an instance other than the i-th.
+  [[nodiscard]] bool another_instance(std::size_t i, int x, int y) const;
 };
 
 /// An object's two shapes in the later view.

@@ -14,6 +14,7 @@ namespace {
 using test::Billboard;
 using test::camera_pose;
 using test::kBillboardCamera;
+using test::look_at_billboards;
 
 const Billboard kSeated{0, -0.3, 0.0, 3.0};
 
@@ -44,7 +45,9 @@ TEST(ContourWindow, JudgesTheWalkerButNotTheSeatedFromAMovingCamera) {
   for (std::size_t i = 0; i < 50; ++i) {
     const ContourVerdicts verdicts = window.process(frame_of(i, {kSeated, walker(i)}, swaying_camera(i)));
     EXPECT_NE(state_of(verdicts, 0), MotionState::moving) << i;
-    if (i < 10) EXPECT_EQ(state_of(verdicts, 1), MotionState::candidate) << "there are no pairs yet";
+    if (i < 10) {
+      EXPECT_EQ(state_of(verdicts, 1), MotionState::candidate) << "there are no pairs yet";
+    }
     if (i >= 20) {
       EXPECT_EQ(state_of(verdicts, 0), MotionState::still) << i;
       EXPECT_EQ(state_of(verdicts, 1), MotionState::moving) << i;
@@ -124,7 +127,9 @@ TEST(ContourWindow, JudgesAlsoWhereOnlySomeFramesHaveMasks) {
         if (tracked.frames_carried != 0) tracked.instance.mask = BitMask(frame.depth.size());
       }
       verdicts = window.process(frame);
-      if (i == 20 + step) EXPECT_EQ(state_of(verdicts, 1), MotionState::moving) << "masks every " << step;
+      if (i == 20 + step) {
+        EXPECT_EQ(state_of(verdicts, 1), MotionState::moving) << "masks every " << step;
+      }
     }
     EXPECT_EQ(state_of(verdicts, 0), MotionState::still) << "masks every " << step;
     EXPECT_EQ(state_of(verdicts, 1), MotionState::moving) << "masks every " << step;
@@ -197,7 +202,9 @@ TEST_F(KnownMover, IsStillAgainWhenItHasStoodForAWindow) {
     last_ = window.process(frame_of(i, {walker(30)}, swaying_camera(i - 30)));
     const bool still = state_of(last_, 1) == MotionState::still;
     if (still && !still_from) still_from = i;
-    if (still_from) EXPECT_TRUE(still) << "nothing moves any more in frame " << i;
+    if (still_from) {
+      EXPECT_TRUE(still) << "nothing moves any more in frame " << i;
+    }
   }
   ASSERT_TRUE(still_from);
   // It still moved a little in the pairs that reach back before frame 30, and checks come every 10 frames.

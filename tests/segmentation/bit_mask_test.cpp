@@ -42,7 +42,8 @@ TEST(BitMask, ARunMayCrossWords) {
     BitMask mask(cv::Size(200, 2));
     mask.set_run(1, first, last);
     EXPECT_EQ(mask.area(), last - first);
-    if (first < last) EXPECT_EQ(mask.bounding_box(), cv::Rect(first, 1, last - first, 1));
+    const cv::Rect run = first < last ? cv::Rect(first, 1, last - first, 1) : cv::Rect();
+    EXPECT_EQ(mask.bounding_box(), run);
   }
 }
 
@@ -77,8 +78,8 @@ TEST_P(RandomMask, GrowsByADisc) {
   cv::Mat image = cv::Mat::zeros(size, CV_8UC1);
   Random random(4);
   for (int i = 0; i < 6; ++i) {
-    image.at<std::uint8_t>(static_cast<int>(random.below(static_cast<std::uint32_t>(size.height))),
-                           static_cast<int>(random.below(static_cast<std::uint32_t>(size.width)))) = 255;
+    image.at<std::uint8_t>(random.uniform_int(0, size.height - 1), random.uniform_int(0, size.width - 1)) =
+        255;
   }
   const BitMask mask = BitMask::from_image(image);
   for (const int radius : {0, 1, 2, 10}) {

@@ -13,7 +13,7 @@ inline cv::Mat random_mask_image(cv::Size size, std::uint64_t seed) {
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
       image.at<std::uint8_t>(y, x) =
-          static_cast<std::uint8_t>(random.below(2) == 0 ? 0 : 1 + random.below(255));
+          static_cast<std::uint8_t>(random.chance(0.5) ? random.uniform_int(1, 255) : 0);
     }
   }
   return image;
