@@ -132,7 +132,7 @@ CarriedComparison::CarriedMask CarriedComparison::carry(const InstanceView& from
 
     const bool in_other = other.test(u, v);
     const double seen = to.inverse_depth(u, v);
-    const double nearer_by = seen - 1.0 / p.z();              // 1/m, how much nearer what is seen there is
+    const double nearer_by = seen - 1.0 / p.z();  // 1/m, how much nearer what is seen there is
     // Covered by something nearer, or by another instance that is not clearly behind.
     const double covers_from = to.another_instance(j, u, v) ? -options_.depth_gap : options_.depth_gap;
     if (!in_other && nearer_by > covers_from) return;

@@ -31,8 +31,11 @@ double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-double median_of(std::vector<double> values) {
+// The median without the lowest two: a bad mask spoils two pairs, the one it ends and the one it begins.
+double robust_mean_of(std::vector<double> values) {
   std::sort(values.begin(), values.end());
+  values.erase(values.begin(),
+               values.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(2, values.size() - 1)));
   const std::size_t middle = values.size() / 2;
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
@@ -44,7 +47,7 @@ ContourWindowOptions paper_contour_window() {
   options.threshold = 0.85;
   options.movable_threshold = 0.85;
   options.iou_weight = 0.5;
-  options.median = false;
+  options.robust = false;
   options.compensate = false;
   options.record_table = false;
   return options;
@@ -121,7 +124,7 @@ void ContourWindow::judge(Track& track, std::size_t instance) {
   if (ends) similarities.push_back(ends->similarity);
   if (similarities.size() < static_cast<std::size_t>(options_.minimum_pairs))
     return;  // the last verdict stands
-  const double similarity = options_.median ? median_of(similarities) : mean_of(similarities);
+  const double similarity = options_.robust ? robust_mean_of(similarities) : mean_of(similarities);
   const bool moving = similarity < threshold_of(instance);
   track.verdict.similarity = similarity;
   track.verdict.state = moving ? MotionState::moving : MotionState::still;

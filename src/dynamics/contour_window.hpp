@@ -28,10 +28,10 @@ struct ContourWindowOptions {
   double threshold = 0.6;  ///< similarity over the window below this is motion
   double movable_threshold = 0.45;  ///< the same for classes that do not move by themselves (class_role.hpp)
   double iou_weight = 1.0;          ///< share of IoU in the similarity, the rest is that of the Hu invariants
-  bool median = true;               ///< the window's similarity is the median of its pairs, else their mean
-  bool compensate = true;           ///< carry masks along with the camera's motion before they are compared
-  bool record_table = true;         ///< known movers are moving at once, without analysis
-  int forget_after = 300;           ///< source frames after which an instance that is not seen is forgotten
+  bool robust = true;        ///< the window's similarity is the median without the two lowest, else the mean
+  bool compensate = true;    ///< carry masks along with the camera's motion before they are compared
+  bool record_table = true;  ///< known movers are moving at once, without analysis
+  int forget_after = 300;    ///< source frames after which an instance that is not seen is forgotten
   CarriedComparisonOptions carried;
 
   template <class Visitor>
