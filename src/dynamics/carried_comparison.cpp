@@ -74,10 +74,18 @@ double InstanceView::inverse_depth(int x, int y) const {
   return nearest;
 }
 
+bool InstanceView::another_instance(std::size_t i, int x, int y) const {
+  for (std::size_t k = 0; k < instances.size(); ++k) {
+    if (k != i && instances[k].instance.mask.test(x, y)) return true;
+  }
+  return false;
+}
+
 // Areas in pixels of the view in which the shape is described.
 struct CarriedComparison::CarriedMask {
   double area = 0.0;        // of all that was carried
-  double compared = 0.0;    // of what the other frame could show
+  double visible = 0.0;     // of what the other frame could show
+  double compared = 0.0;    // the same, what is only noise of the outline having less weight
   double common = 0.0;      // of what it does show
   Moments<double> moments;  // of what it could show
 };
@@ -124,12 +132,17 @@ CarriedComparison::CarriedMask CarriedComparison::carry(const InstanceView& from
 
     const bool in_other = other.test(u, v);
     const double seen = to.inverse_depth(u, v);
-    const double nearer_by = seen - 1.0 / p.z();              // 1/m, how much nearer what is seen there is
-    if (!in_other && nearer_by > options_.depth_gap) return;  // covered by something else
-    result.compared += area;
-    const bool same_surface =
-        !options_.surface_agreement || raw == 0 || seen == 0.0 || std::abs(nearer_by) <= options_.depth_gap;
-    if (in_other && same_surface) result.common += area;
+    const double nearer_by = seen - 1.0 / p.z();  // 1/m, how much nearer what is seen there is
+    // Covered by something nearer, or by another instance that is not clearly behind.
+    const double covers_from = to.another_instance(j, u, v) ? -options_.depth_gap : options_.depth_gap;
+    if (!in_other && nearer_by > covers_from) return;
+    const bool measured = raw != 0 && seen != 0.0;
+    const bool same_surface = measured && std::abs(nearer_by) <= options_.depth_gap;
+    // Outside the other mask, but still in its place: rather the outline's noise than motion.
+    const double weight = !in_other && same_surface ? area * options_.outline_weight : area;
+    result.visible += area;
+    result.compared += weight;
+    if (in_other && (same_surface || !measured || !options_.surface_agreement)) result.common += weight;
     const bool carried = described == Place::carried;
     add_point(result.moments, (carried ? uv.x() : x) - origin.x, (carried ? uv.y() : y) - origin.y, area);
   });
@@ -145,7 +158,7 @@ std::optional<ShapeComparison> CarriedComparison::compare(const InstanceView& ea
   const CarriedMask before = carry(earlier, a, later, b, Place::carried, centre);
   const CarriedMask now = carry(later, b, earlier, a, Place::own, centre);
   for (const CarriedMask& mask : {before, now}) {
-    if (mask.compared < options_.minimum_compared * mask.area) return std::nullopt;
+    if (mask.visible < options_.minimum_visible * mask.area || mask.compared <= 0.0) return std::nullopt;
   }
   // Both directions measure the common area; each alone knows what only its own mask holds.
   const double common = 0.5 * (before.common + now.common);

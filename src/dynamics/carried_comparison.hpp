@@ -17,10 +17,11 @@ namespace ipl_slam {
 /// How masks of two frames are compared where the camera moved between them.
 struct CarriedComparisonOptions {
   int samples = 1500;             ///< pixels taken of a mask at most, on a regular grid: bounds the cost
-  double depth_gap = 0.05;        ///< 1/m; a surface nearer than a carried point by more covers it
-  bool surface_agreement = true;  ///< a point that lies in the other mask counts as common only at its depth
+  double depth_gap = 0.1;         ///< 1/m; surfaces whose inverse depths differ by more are not the same
+  bool surface_agreement = true;  ///< what lies in both masks is common only where the depth agrees
+  double outline_weight = 0.25;   ///< of what only one mask holds although its surface is still in place
   double unmeasured_depth = 8.0;  ///< m, of an instance without a single depth
-  double minimum_compared = 0.3;  ///< part of each mask that must have been visible in both frames
+  double minimum_visible = 0.3;   ///< part of each mask that the other frame must have been able to show
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -28,15 +29,20 @@ struct CarriedComparisonOptions {
              {50, 1e6, "count", "pixels taken of each mask at most, on a regular grid; bounds the cost"});
     v.number("depth_gap", depth_gap,
              {1e-3, 10.0, "1/m", "difference of inverse depth from which on two surfaces are not the same"});
-    v.flag(
-        "surface_agreement", surface_agreement,
-        "what lies in both masks counts as common only where the depth agrees as well, so that coming nearer "
-        "or going away is motion");
+    v.flag("surface_agreement", surface_agreement,
+           "what lies in both masks counts as common only where the depth agrees, so that coming nearer or "
+           "going "
+           "away is motion too");
+    v.number("outline_weight", outline_weight,
+             {0.0, 1.0, "1",
+              "weight of what only one mask holds although its surface is still in its place: "
+              "noise of the outline, or something flat that slid"});
     v.number("unmeasured_depth", unmeasured_depth,
              {0.5, 1000.0, "m", "depth of an instance of which the sensor measures none: beyond its range"});
-    v.number(
-        "minimum_compared", minimum_compared,
-        {0.01, 1.0, "1", "part of each mask that both frames must have been able to show; else no verdict"});
+    v.number("minimum_visible", minimum_visible,
+             {0.01, 1.0, "1",
+              "part of each mask that the other frame must have been able to show; else the pair "
+              "tells nothing"});
   }
 };
 
@@ -62,6 +68,8 @@ struct InstanceView {
   /// Inverse depth (1/m) of what is seen at a pixel: measured, else that of the nearest instance there. 0
   /// where neither is known.
   [[nodiscard]] double inverse_depth(int x, int y) const;
+  /// Whether a pixel belongs to an instance other than the i-th.
+  [[nodiscard]] bool another_instance(std::size_t i, int x, int y) const;
 };
 
 /// An object's two shapes in the later view.

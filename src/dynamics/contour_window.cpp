@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
 #include "dynamics/shape_similarity.hpp"
+#include "segmentation/class_role.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -25,7 +27,31 @@ std::optional<std::size_t> index_of(const InstanceView& view, InstanceId id) {
   return std::nullopt;
 }
 
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+// The median without the lowest two: a bad mask spoils two pairs, the one it ends and the one it begins.
+double robust_mean_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  values.erase(values.begin(),
+               values.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(2, values.size() - 1)));
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
 }  // namespace
+
+ContourWindowOptions paper_contour_window() {
+  ContourWindowOptions options;
+  options.threshold = 0.85;
+  options.movable_threshold = 0.85;
+  options.iou_weight = 0.5;
+  options.robust = false;
+  options.compensate = false;
+  options.record_table = false;
+  return options;
+}
 
 const char* to_string(MotionState state) {
   switch (state) {
@@ -82,19 +108,25 @@ ContourVerdicts ContourWindow::process(const ContourFrame& frame) {
 
 void ContourWindow::judge(Track& track, std::size_t instance) {
   const std::size_t now = views_.back().frame;
-  const std::optional<Comparison> pair = compare(instance, options_.pair_gap);
-  const std::optional<Comparison> ends = compare(instance, options_.window);
-  if (pair) track.pairs.push_back({now, pair->similarity});
-  // The pairs that lie inside the window as a whole.
+  const std::optional<Pair> pair = compare(instance, options_.pair_gap);
+  const std::optional<Pair> ends = compare(instance, options_.window);
+  if (pair) {
+    // A young track has nothing but its first mask to compare with; that one must not have many votes.
+    if (!track.pairs.empty() && track.pairs.back().earlier == pair->earlier) track.pairs.pop_back();
+    track.pairs.push_back(*pair);
+  }
+  // What stays are the pairs that lie inside the window as a whole.
   const std::size_t span = window_ - std::min(window_, static_cast<std::size_t>(options_.pair_gap));
-  while (!track.pairs.empty() && track.pairs.front().frame + span < now) track.pairs.pop_front();
+  while (!track.pairs.empty() && track.pairs.front().later + span < now) track.pairs.pop_front();
 
-  double sum = ends ? ends->similarity : 0.0;
-  for (const Pair& p : track.pairs) sum += p.similarity;
-  const std::size_t count = track.pairs.size() + (ends ? 1 : 0);
-  if (count < static_cast<std::size_t>(options_.minimum_pairs)) return;  // an earlier verdict stands
-  track.verdict.similarity = sum / static_cast<double>(count);
-  const bool moving = *track.verdict.similarity < options_.threshold;
+  std::vector<double> similarities;
+  for (const Pair& p : track.pairs) similarities.push_back(p.similarity);
+  if (ends) similarities.push_back(ends->similarity);
+  if (similarities.size() < static_cast<std::size_t>(options_.minimum_pairs))
+    return;  // the last verdict stands
+  const double similarity = options_.robust ? robust_mean_of(similarities) : mean_of(similarities);
+  const bool moving = similarity < threshold_of(instance);
+  track.verdict.similarity = similarity;
   track.verdict.state = moving ? MotionState::moving : MotionState::still;
   if (moving && options_.record_table) {
     movers_.add(track.verdict.id, now);
@@ -106,14 +138,14 @@ void ContourWindow::check_known_mover(Track& track, std::size_t instance) {
   track.verdict.state = MotionState::moving;
   const std::size_t now = views_.back().frame;
   if (now - movers_.last_check(track.verdict.id) < static_cast<std::size_t>(options_.pair_gap)) return;
-  const std::optional<Comparison> pair = compare(instance, options_.pair_gap);
+  const std::optional<Pair> pair = compare(instance, options_.pair_gap);
   if (!pair) return;
   track.verdict.similarity = pair->similarity;
-  movers_.check(track.verdict.id, pair->earlier, now, pair->similarity >= options_.threshold);
+  movers_.check(track.verdict.id, pair->earlier, now, pair->similarity >= threshold_of(instance));
   if (!movers_.contains(track.verdict.id)) track.verdict.state = MotionState::still;
 }
 
-std::optional<ContourWindow::Comparison> ContourWindow::compare(std::size_t instance, int gap) const {
+std::optional<ContourWindow::Pair> ContourWindow::compare(std::size_t instance, int gap) const {
   const View& now = views_.back();
   const InstanceId id = now.seen.instances[instance].id;
   const View* best = nullptr;
@@ -132,12 +164,18 @@ std::optional<ContourWindow::Comparison> ContourWindow::compare(std::size_t inst
   if (!options_.compensate) {
     const BitMask& before = best->seen.instances[best_instance].instance.mask;
     const BitMask& after = now.seen.instances[instance].instance.mask;
-    return Comparison{best->frame, shape_similarity(before, after, options_.iou_weight)};
+    return Pair{best->frame, now.frame, shape_similarity(before, after, options_.iou_weight)};
   }
   const auto shapes = carried_.compare(best->seen, best_instance, now.seen, instance);
   if (!shapes) return std::nullopt;
-  return Comparison{best->frame, shape_similarity(shapes->iou, hu_similarity(shapes->earlier, shapes->later),
-                                                  options_.iou_weight)};
+  return Pair{
+      best->frame, now.frame,
+      shape_similarity(shapes->iou, hu_similarity(shapes->earlier, shapes->later), options_.iou_weight)};
+}
+
+double ContourWindow::threshold_of(std::size_t instance) const {
+  const std::string& name = views_.back().seen.instances[instance].instance.class_name;
+  return class_role(name) == ClassRole::likely_mover ? options_.threshold : options_.movable_threshold;
 }
 
 void ContourWindow::forget_old(std::size_t now) {

@@ -16,13 +16,19 @@
 
 namespace ipl_slam {
 
+/// The paper's values (paper_contour_window) judge all real masks as moving: with the outlines of a real
+/// segmenter the Hu invariants of a still object differ so much that 0.85 is out of reach, and a moving
+/// camera does the rest. The defaults are what told people who walk from people and things that stay in
+/// recorded sequences (docs/method.md).
 struct ContourWindowOptions {
-  int window = 20;           ///< source frames over which an instance is judged
-  int pair_gap = 10;         ///< source frames between the masks of a pair
-  int tolerance = 5;         ///< source frames by which a pair's gap may differ where frames have no masks
-  int minimum_pairs = 3;     ///< pairs from which on an instance is judged
-  double threshold = 0.85;   ///< mean similarity below this is motion
-  double iou_weight = 0.5;   ///< share of IoU in the similarity, the rest is that of the Hu invariants
+  int window = 20;         ///< source frames over which an instance is judged
+  int pair_gap = 10;       ///< source frames between the masks of a pair
+  int tolerance = 5;       ///< source frames by which a pair's gap may differ where frames have no masks
+  int minimum_pairs = 3;   ///< pairs from which on an instance is judged
+  double threshold = 0.6;  ///< similarity over the window below this is motion
+  double movable_threshold = 0.45;  ///< the same for classes that do not move by themselves (class_role.hpp)
+  double iou_weight = 1.0;          ///< share of IoU in the similarity, the rest is that of the Hu invariants
+  bool robust = true;        ///< the window's similarity is the median without the two lowest, else the mean
   bool compensate = true;    ///< carry masks along with the camera's motion before they are compared
   bool record_table = true;  ///< known movers are moving at once, without analysis
   int forget_after = 300;    ///< source frames after which an instance that is not seen is forgotten
@@ -36,7 +42,8 @@ struct ContourWindowOptions {
              {0, 1000, "frames", "by which the gap of a pair may differ where not every frame has masks"});
     v.number("minimum_pairs", minimum_pairs,
              {1, 1000, "count", "pairs from which on an instance is judged; until then it is a candidate"});
-    v.number("threshold", threshold, {0.0, 1.0, "1", "mean similarity of the contours below this is motion"});
+    v.number("threshold", threshold,
+             {0.0, 1.0, "1", "similarity of the contours over the window below this is motion"});
     v.number(
         "iou_weight", iou_weight,
         {0.0, 1.0, "1", "share of the overlap in the similarity; the rest is that of the Hu invariants"});
@@ -51,6 +58,9 @@ struct ContourWindowOptions {
     v.section("carried", carried, "comparison of masks with the camera's motion removed");
   }
 };
+
+/// The values of the paper, and its comparison of masks as they lie in the image.
+[[nodiscard]] ContourWindowOptions paper_contour_window();
 
 enum class MotionState {
   candidate,  ///< not judged yet
@@ -70,7 +80,7 @@ struct ContourFrame {
 struct ContourVerdict {
   InstanceId id;
   MotionState state = MotionState::candidate;
-  std::optional<double> similarity;  ///< mean over the window, or of the last check of a known mover
+  std::optional<double> similarity;  ///< over the window, or of the last check of a known mover
 };
 
 /// The masks of an instance in the frames first .. last (both included) are dynamic.
@@ -112,25 +122,22 @@ class ContourWindow {
     InstanceView seen;
   };
   struct Pair {
-    std::size_t frame;  // of the later mask
+    std::size_t earlier, later;  // frames
     double similarity;
   };
   struct Track {
     std::size_t first_seen = 0, last_seen = 0;
-    std::deque<Pair> pairs;  // of masks pair_gap apart
+    std::deque<Pair> pairs;  // pair_gap apart
     ContourVerdict verdict;
-  };
-
-  struct Comparison {
-    std::size_t earlier;  // frame
-    double similarity;
   };
 
   // Of an instance of the newest view: judged by the window, or only checked.
   void judge(Track& track, std::size_t instance);
   void check_known_mover(Track& track, std::size_t instance);
   // With its mask in the frame nearest to `gap` frames ago.
-  [[nodiscard]] std::optional<Comparison> compare(std::size_t instance, int gap) const;
+  [[nodiscard]] std::optional<Pair> compare(std::size_t instance, int gap) const;
+  // What a similarity must not fall below.
+  [[nodiscard]] double threshold_of(std::size_t instance) const;
   void forget_old(std::size_t now);
 
   ContourWindowOptions options_;
