@@ -24,39 +24,56 @@ struct FreeSpaceOptions {
   }
 };
 
-/// What earlier frames say about each cell of a frame; numbers of earlier frames, CV_8UC1.
+/// What views from other times say about each cell of a frame; numbers of views, CV_8UC1.
 struct FreeSpaceEvidence {
-  cv::Mat entered;  ///< they saw past this place: what is here now came later
-  cv::Mat agreed;   ///< they saw a surface here
+  cv::Mat free;   ///< they see past this place: what the frame shows here was not here then
+  cv::Mat taken;  ///< they see a surface here
+
+  explicit FreeSpaceEvidence(cv::Size size)
+      : free(cv::Mat::zeros(size, CV_8UC1)), taken(cv::Mat::zeros(size, CV_8UC1)) {}
 };
 
-/// Remembers depth seen from known poses. A camera that sees a surface sees that the space before it is free;
-/// what stands in that space later has moved there, wherever the camera is then. Unlike a mere difference of
-/// depth this does not mistake a background that becomes visible for a mover: there the earlier frames saw
-/// something nearer, and say nothing.
+/// Depth seen from a known pose, which tells the space before the surfaces to be free. Neither a background
+/// that becomes visible nor one that is covered contradicts it: what it says is only about what it sees.
+class FreeSpaceView {
+ public:
+  /// inverse_depth: CV_32FC1 over the grid, 0 = none. tolerance: 1/m, see FreeSpaceOptions.
+  FreeSpaceView(const cv::Mat& inverse_depth, const SE3& T_wc, double tolerance);
+
+  /// Adds to the evidence what this view says about the cells of another frame seen from T_wc.
+  void judge(const WorkingGrid& grid, const cv::Mat& inverse_depth, const SE3& T_wc,
+             FreeSpaceEvidence& evidence) const;
+
+ private:
+  SE3 T_cw_;
+  // The farthest and the nearest inverse depth in the 3x3 cells around each, tolerance included, so that
+  // neither depth edges nor slopes need exact poses. farthest > nearest where there is no depth.
+  cv::Mat farthest_, nearest_;
+};
+
+/// Remembers what was seen lately. What stands where an earlier frame saw free space has moved there since,
+/// wherever the camera is now; a mere difference of depth would mistake a background that becomes visible for a
+/// mover.
 class FreeSpaceMemory {
  public:
   /// Refers to the grid, which must outlive it.
   FreeSpaceMemory(const WorkingGrid& grid, const FreeSpaceOptions& options);
 
-  /// What the remembered frames say about a frame (CV_32FC1 inverse depths) seen from T_wc.
+  /// What the remembered views say about a frame (CV_32FC1 inverse depths) seen from T_wc.
   [[nodiscard]] FreeSpaceEvidence evidence(const cv::Mat& inverse_depth, const SE3& T_wc) const;
-  /// Remembers the frame if the newest one remembered is old enough, and forgets what is too old.
-  void add(const cv::Mat& inverse_depth, const SE3& T_wc, double timestamp);
-  void clear() { views_.clear(); }
+  /// Remembers a view if the newest one remembered is old enough, and forgets what is too old.
+  void add(const FreeSpaceView& view, double timestamp);
+  void clear() { entries_.clear(); }
 
  private:
-  struct View {
+  struct Entry {
     double timestamp = 0.0;
-    SE3 T_cw;
-    // The farthest and the nearest inverse depth in the 3x3 cells around each, tolerance included, so that
-    // neither depth edges nor slopes need exact poses. farthest > nearest where there is no depth.
-    cv::Mat farthest, nearest;
+    FreeSpaceView view;
   };
 
   const WorkingGrid& grid_;
   FreeSpaceOptions options_;
-  std::deque<View> views_;
+  std::deque<Entry> entries_;
 };
 
 }  // namespace ipl_slam

@@ -68,7 +68,7 @@ class GeometricSegmenter : public Segmenter {
   MotionBelief belief_;
   std::optional<SE3> T_wc_;
   cv::Mat last_belief_;
-  FreeSpaceEvidence last_evidence_;
+  FreeSpaceEvidence last_evidence_{cv::Size()};
 };
 
 }  // namespace ipl_slam

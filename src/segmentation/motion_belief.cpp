@@ -16,22 +16,20 @@ constexpr float kFarInverseDepth = 0.5F;
 // more often than elsewhere.
 constexpr float kToMissingDepth = 0.7F;
 
-// Cells of two frames whose inverse depth differs by more show different things, 1/m. Wider than the noise:
-// what moves also moves in depth between two frames.
-constexpr float kSameSurface = 0.06F;
+// Cells of two frames whose depth differs by more than this share show different things. Wider than the noise:
+// what moves also moves in depth between the frames.
+constexpr float kSameSurface = 0.15F;
 
 float conductance_between(float inverse_a, float inverse_b, int grey_a, int grey_b, float base,
                           const MotionBeliefOptions& options) {
-  float distance = static_cast<float>(std::abs(grey_a - grey_b)) / static_cast<float>(options.grey_step);
-  float factor = 1.0F;
   if (inverse_a > 0.0F && inverse_b > 0.0F) {
-    const float step = static_cast<float>(options.depth_step) *
-                       std::max({inverse_a, inverse_b, kFarInverseDepth});
-    distance += std::max(0.0F, std::abs(inverse_a - inverse_b) - step) / step;
-  } else if (inverse_a > 0.0F || inverse_b > 0.0F) {
-    factor = kToMissingDepth;
+    const float step =
+        static_cast<float>(options.depth_step) * std::max({inverse_a, inverse_b, kFarInverseDepth});
+    return base * std::exp(-std::max(0.0F, std::abs(inverse_a - inverse_b) - step) / step);
   }
-  return factor * base * std::exp(-distance);
+  const float grey = static_cast<float>(std::abs(grey_a - grey_b)) / static_cast<float>(options.grey_step);
+  const bool one_missing = inverse_a > 0.0F || inverse_b > 0.0F;
+  return (one_missing ? kToMissingDepth : 1.0F) * base * std::exp(-grey);
 }
 
 }  // namespace
@@ -64,63 +62,77 @@ Conductance surface_conductance(const GridFrame& frame, const MotionBeliefOption
 MotionBelief::MotionBelief(const WorkingGrid& grid, const MotionBeliefOptions& options)
     : grid_(grid), options_(options) {}
 
-// What was believed about each cell where the last frame saw it, had it not moved since; 0 where unknown.
-cv::Mat MotionBelief::carried(const GridFrame& frame, const SE3& T_wc) const {
+// What was believed about each cell where the other frame saw it, had it not moved since; 0 where unknown.
+cv::Mat MotionBelief::carried(const Past& from, const cv::Mat& belief, const cv::Mat& inverse_depth,
+                              const SE3& T_wc) const {
   cv::Mat result = cv::Mat::zeros(grid_.size(), CV_32FC1);
-  if (belief_.empty()) return result;
-  const GridTransform T(T_wc_.inverse() * T_wc);
+  const GridTransform T(from.T_wc.inverse() * T_wc);
   auto* out = result.ptr<float>();
-  const auto* inverse = frame.inverse_depth.ptr<float>();
-  const auto* old_inverse = inverse_depth_.ptr<float>();
-  const auto* belief = belief_.ptr<float>();
+  const auto* inverse = inverse_depth.ptr<float>();
+  const auto* there_inverse = from.inverse_depth.ptr<float>();
+  const auto* there_belief = belief.ptr<float>();
+  const float* ray_x = grid_.ray_x().data();
+  const float* ray_y = grid_.ray_y().data();
   for (int i = 0; i < grid_.size().area(); ++i) {
-    const float rx = grid_.ray_x()[static_cast<std::size_t>(i)];
-    const float ry = grid_.ray_y()[static_cast<std::size_t>(i)];
-    const float w = inverse[i];
-    const float x = T.r[0][0] * rx + T.r[0][1] * ry + T.r[0][2] + w * T.t[0];
-    const float y = T.r[1][0] * rx + T.r[1][1] * ry + T.r[1][2] + w * T.t[1];
-    const float z = T.r[2][0] * rx + T.r[2][1] * ry + T.r[2][2] + w * T.t[2];
-    if (z <= 0.0F) continue;
-    const int cell = grid_.cell_of_ray(x / z, y / z);
+    const GridPoint p = T.apply(ray_x[i], ray_y[i], inverse[i]);
+    if (p.z <= 0.0F) continue;
+    const int cell = grid_.cell_of_ray(p.x / p.z, p.y / p.z);
     if (cell < 0) continue;
-    if (w > 0.0F && old_inverse[cell] > 0.0F && std::abs(old_inverse[cell] - w / z) > kSameSurface) continue;
-    out[i] = belief[cell];
+    const float here = inverse[i] / p.z, there = there_inverse[cell];
+    const float difference = here > 0.0F && there > 0.0F ? std::abs(here - there) : 0.0F;
+    if (difference <= kSameSurface * std::max(there, kFarInverseDepth)) out[i] = there_belief[cell];
   }
   return result;
 }
 
-const cv::Mat& MotionBelief::update(const GridFrame& frame, const SE3& T_wc,
-                                    const FreeSpaceEvidence& evidence, const Conductance& conductance) {
-  const cv::Mat before = carried(frame, T_wc);
-  cv::Mat sums(grid_.size(), CV_32FC2);  // of evidence times weight, and of weight
+cv::Mat MotionBelief::averaged(const FreeSpaceEvidence& evidence, int min_free, const cv::Mat& prior,
+                               const Conductance& conductance) const {
+  cv::Mat sums(grid_.size(), CV_32FC2);  // of belief times weight, and of weight
   const int cells = grid_.size().area();
-  const auto* entered = evidence.entered.ptr<std::uint8_t>();
-  const auto* agreed = evidence.agreed.ptr<std::uint8_t>();
-  const auto* prior = before.ptr<float>();
+  const auto* free = evidence.free.ptr<std::uint8_t>();
+  const auto* taken = evidence.taken.ptr<std::uint8_t>();
+  const auto* before = prior.ptr<float>();
   auto* sum = sums.ptr<cv::Vec2f>();
-  const auto agreed_weight = static_cast<float>(options_.agreed_weight);
+  const auto taken_weight = static_cast<float>(options_.taken_weight);
   const auto memory_weight = static_cast<float>(options_.memory_weight);
   const auto bias = static_cast<float>(options_.bias);
   for (int i = 0; i < cells; ++i) {
-    float value = -bias + memory_weight * prior[i];
-    float weight = bias + memory_weight * std::abs(prior[i]);
-    if (entered[i] >= options_.min_entered &&
-        entered[i] >= options_.entered_share * (entered[i] + agreed[i])) {
+    float value = -bias + memory_weight * before[i];
+    float weight = bias + memory_weight * std::abs(before[i]);
+    if (free[i] >= min_free && free[i] >= options_.free_share * (free[i] + taken[i])) {
       value += 1.0F;
       weight += 1.0F;
-    } else if (agreed[i] > 0) {
-      value -= agreed_weight;
-      weight += agreed_weight;
+    } else if (taken[i] > 0) {
+      value -= taken_weight;
+      weight += taken_weight;
     }
     sum[i] = {value, weight};
   }
   filter_along_surfaces(sums, conductance, options_.passes);
-  belief_.create(grid_.size(), CV_32FC1);
-  auto* belief = belief_.ptr<float>();
-  for (int i = 0; i < cells; ++i) belief[i] = sum[i][0] / (sum[i][1] + 1e-6F);
-  inverse_depth_ = frame.inverse_depth;
-  T_wc_ = T_wc;
-  return belief_;
+  cv::Mat belief(grid_.size(), CV_32FC1);
+  auto* out = belief.ptr<float>();
+  for (int i = 0; i < cells; ++i) out[i] = sum[i][0] / (sum[i][1] + 1e-6F);
+  return belief;
+}
+
+const cv::Mat& MotionBelief::update(const GridFrame& frame, const SE3& T_wc, double timestamp,
+                                    const FreeSpaceEvidence& evidence, const Conductance& conductance,
+                                    const FreeSpaceView& view) {
+  Past now{timestamp, T_wc, frame.inverse_depth, conductance, {}};
+  cv::Mat prior = cv::Mat::zeros(grid_.size(), CV_32FC1);
+  if (!past_.empty()) {
+    // The last frame that is at least as old as hindsight asks for, or the oldest there is.
+    while (past_.size() > 1 && timestamp - past_[1].timestamp >= options_.hindsight) past_.pop_front();
+    const Past& past = past_.front();
+    FreeSpaceEvidence left(grid_.size());
+    view.judge(grid_, past.inverse_depth, past.T_wc, left);
+    const cv::Mat in_hindsight = averaged(left, 1, past.belief, past.conductance);
+    prior = cv::max(carried(past_.back(), past_.back().belief, frame.inverse_depth, T_wc),
+                    carried(past, in_hindsight, frame.inverse_depth, T_wc));
+  }
+  now.belief = averaged(evidence, options_.min_free, prior, now.conductance);
+  past_.push_back(std::move(now));
+  return past_.back().belief;
 }
 
 }  // namespace ipl_slam

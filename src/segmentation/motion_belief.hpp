@@ -1,5 +1,7 @@
 #pragma once
 
+#include <deque>
+
 #include <opencv2/core.hpp>
 
 #include "common/options.hpp"
@@ -11,9 +13,10 @@
 namespace ipl_slam {
 
 struct MotionBeliefOptions {
-  int min_entered = 2;          ///< earlier frames that must have seen past a cell
-  double entered_share = 0.25;  ///< and their share of those that say anything
-  double agreed_weight = 0.3;   ///< of a cell that stands where earlier frames saw a surface; one that entered: 1
+  int min_free = 2;             ///< earlier frames that must have seen past a cell
+  double free_share = 0.25;     ///< and their share of those that say anything
+  double taken_weight = 0.3;    ///< of a cell that stands where earlier frames saw a surface; of one that entered free space: 1
+  double hindsight = 0.15;      ///< how much later it is judged what has left its place, s
   double memory_weight = 0.5;   ///< of what was believed in the last frame
   double bias = 0.1;            ///< weight of believing, without any evidence, that a cell is static
   double reach = 12.0;          ///< how far evidence spreads along a surface, cells
@@ -23,11 +26,12 @@ struct MotionBeliefOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("min_entered", min_entered, {1, 100, "count", "earlier frames that must have seen past a cell"});
-    v.number("entered_share", entered_share,
+    v.number("min_free", min_free, {1, 100, "count", "earlier frames that must have seen past a cell"});
+    v.number("free_share", free_share,
              {0.0, 1.0, "", "and their share of the earlier frames that say anything about it"});
-    v.number("agreed_weight", agreed_weight,
-             {0.0, 10.0, "", "weight of a cell where earlier frames saw a surface; of one that entered: 1"});
+    v.number("taken_weight", taken_weight,
+             {0.0, 10.0, "", "weight of a cell where earlier frames saw a surface; of one in free space: 1"});
+    v.number("hindsight", hindsight, {0.0, 10.0, "s", "how much later it is judged what has left its place"});
     v.number("memory_weight", memory_weight, {0.0, 10.0, "", "weight of what was believed in the last frame"});
     v.number("bias", bias, {0.0, 10.0, "", "weight of believing without evidence that a cell is static"});
     v.number("reach", reach, {1.0, 1000.0, "cells", "how far evidence spreads along a surface"});
@@ -43,26 +47,40 @@ struct MotionBeliefOptions {
 /// depth, and where depth is missing as the grey values say.
 [[nodiscard]] Conductance surface_conductance(const GridFrame& frame, const MotionBeliefOptions& options);
 
-/// For every cell how sure it is that it moves or has moved lately, -1 (static) to 1, CV_32FC1. The evidence
-/// of single cells and what was believed before are averaged over the surface around each cell.
+/// For every cell how sure it is that it moves or has moved lately, -1 (static) to 1, CV_32FC1. What is known
+/// of single cells is averaged over the surface around each:
+/// - it stands where earlier frames saw free space (entered), or a surface;
+/// - it belongs to a surface of which parts left their place: where an earlier frame saw them, this one sees
+///   free space. That judges the earlier frame in hindsight, and is carried over;
+/// - what was believed in the last frame.
 class MotionBelief {
  public:
   /// Refers to the grid, which must outlive it.
   MotionBelief(const WorkingGrid& grid, const MotionBeliefOptions& options);
 
-  /// The belief about a frame seen from T_wc; kept as the memory for the next one.
-  const cv::Mat& update(const GridFrame& frame, const SE3& T_wc, const FreeSpaceEvidence& evidence,
-                        const Conductance& conductance);
-  void clear() { belief_.release(); }
+  /// The belief about a frame seen from T_wc. evidence: of earlier views about it; view: its own view.
+  const cv::Mat& update(const GridFrame& frame, const SE3& T_wc, double timestamp,
+                        const FreeSpaceEvidence& evidence, const Conductance& conductance,
+                        const FreeSpaceView& view);
+  void clear() { past_.clear(); }
 
  private:
-  [[nodiscard]] cv::Mat carried(const GridFrame& frame, const SE3& T_wc) const;
+  struct Past {
+    double timestamp = 0.0;
+    SE3 T_wc;
+    cv::Mat inverse_depth;
+    Conductance conductance;
+    cv::Mat belief;
+  };
+
+  [[nodiscard]] cv::Mat averaged(const FreeSpaceEvidence& evidence, int min_free, const cv::Mat& prior,
+                                 const Conductance& conductance) const;
+  [[nodiscard]] cv::Mat carried(const Past& from, const cv::Mat& belief, const cv::Mat& inverse_depth,
+                                const SE3& T_wc) const;
 
   const WorkingGrid& grid_;
   MotionBeliefOptions options_;
-  // Of the last frame.
-  cv::Mat belief_, inverse_depth_;
-  SE3 T_wc_;
+  std::deque<Past> past_;  // the last frames, from the one that hindsight judges on
 };
 
 }  // namespace ipl_slam

@@ -117,11 +117,11 @@ GridFrame WorkingGrid::reduce(const cv::Mat& grey, const cv::Mat& depth) const {
   return frame;
 }
 
-GridTransform::GridTransform(const SE3& T_ba) {
-  const Eigen::Matrix3d rotation = T_ba.rotation_matrix();
+GridTransform::GridTransform(const SE3& T_ab) {
+  const Eigen::Matrix3d rotation = T_ab.rotation_matrix();
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) r[i][j] = static_cast<float>(rotation(i, j));
-    t[i] = static_cast<float>(T_ba.translation()[i]);
+    for (int j = 0; j < 3; ++j) r_[i][j] = static_cast<float>(rotation(i, j));
+    t_[i] = static_cast<float>(T_ab.translation()[i]);
   }
 }
 

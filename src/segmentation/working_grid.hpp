@@ -64,11 +64,27 @@ class WorkingGrid {
   std::vector<float> inverse_of_raw_;  // 1/m of each raw depth value; 0 for 0
 };
 
-/// T_ba as single precision rotation and translation, for loops over cells.
-struct GridTransform {
-  explicit GridTransform(const SE3& T_ba);
-  float r[3][3];
-  float t[3];
+/// A point divided by some depth.
+struct GridPoint {
+  float x, y, z;
+};
+
+/// T_ab in single precision, for loops over cells.
+class GridTransform {
+ public:
+  explicit GridTransform(const SE3& T_ab);
+
+  /// The point in frame a, divided by its depth in frame b, where it is seen on this ray at this inverse
+  /// depth (0: infinitely far). The third component is the ratio of the depths.
+  [[nodiscard]] GridPoint apply(float ray_x, float ray_y, float inverse_depth) const {
+    return {r_[0][0] * ray_x + r_[0][1] * ray_y + r_[0][2] + inverse_depth * t_[0],
+            r_[1][0] * ray_x + r_[1][1] * ray_y + r_[1][2] + inverse_depth * t_[1],
+            r_[2][0] * ray_x + r_[2][1] * ray_y + r_[2][2] + inverse_depth * t_[2]};
+  }
+
+ private:
+  float r_[3][3];
+  float t_[3];
 };
 
 }  // namespace ipl_slam
