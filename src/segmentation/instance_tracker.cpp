@@ -40,6 +40,7 @@ std::vector<TrackedInstance> InstanceTracker::update(const CarryView& view,
   std::vector<Candidate> found = candidates(view, without_duplicates(detections));
   associate(found, true, &InstanceTracker::overlap);
   join_parts(found);
+  part_bodies(found);
   associate(found, true, &InstanceTracker::resemblance);
   associate(found, false, &InstanceTracker::resemblance);
 
@@ -76,6 +77,7 @@ void InstanceTracker::advance(const CarryView& view, const SE3* T_to_from) {
   std::vector<const BitMask*> masks;
   for (Track& track : tracks_) {
     track.frames_carried += frames;
+    track.hidden = false;
     if (track.in_sight()) {
       visible.push_back(&track);
       masks.push_back(&track.mask);
@@ -101,7 +103,7 @@ void InstanceTracker::advance(const CarryView& view, const SE3* T_to_from) {
   view_ = view;
 }
 
-// Best score first: an object that was found twice, or a part of one that was found as well.
+// Best score first, without objects that were found twice.
 std::vector<Instance> InstanceTracker::without_duplicates(const std::vector<Instance>& detections) const {
   std::vector<const Instance*> by_score;
   for (const Instance& detection : detections) {
@@ -111,16 +113,9 @@ std::vector<Instance> InstanceTracker::without_duplicates(const std::vector<Inst
                    [](const Instance* a, const Instance* b) { return a->score > b->score; });
   std::vector<Instance> kept;
   for (const Instance* detection : by_score) {
-    const bool duplicate = std::any_of(kept.begin(), kept.end(), [&](Instance& other) {
-      if (never_one(other.class_name, detection->class_name)) return false;
-      const double both = intersection_area(other.mask, detection->mask);
-      const double area = detection->mask.area(), other_area = other.mask.area();
-      if (both >= options_.duplicate_iou * (area + other_area - both)) return true;
-      if (!same_class(other.class_name, detection->class_name)) return false;
-      if (both < options_.duplicate_inside * std::min(area, other_area)) return false;
-      other.mask |= detection->mask;  // one is a part of the other, whichever had the better score
-      other.box = other.mask.bounding_box();
-      return true;
+    const bool duplicate = std::any_of(kept.begin(), kept.end(), [&](const Instance& other) {
+      return !never_one(other.class_name, detection->class_name) &&
+             iou(other.mask, detection->mask) >= options_.duplicate_iou;
     });
     if (!duplicate) kept.push_back(*detection);
   }
@@ -176,8 +171,17 @@ double InstanceTracker::overlap(const Track& track, const Candidate& candidate) 
   if (!overlap_possible(track.mask, candidate.instance.mask)) return 0.0;
   double score = iou(track.mask, candidate.instance.mask);
   if (!same_class(track_class, candidate.instance.class_name)) score *= options_.other_class;
-  if (score < options_.min_overlap) return 0.0;
+  if (score < options_.min_overlap) score = shows_part(track, candidate) ? options_.min_overlap : 0.0;
+  if (score == 0.0) return 0.0;
   return score + kAppearance * track.appearance.similarity(candidate.appearance);
+}
+
+// Whether the detection lies in the track's mask, at its depth.
+bool InstanceTracker::shows_part(const Track& track, const Candidate& candidate) const {
+  return same_class(track.class_name(), candidate.instance.class_name) &&
+         std::abs(track.place.z() - candidate.place.z()) <= options_.body_depth &&
+         intersection_area(track.mask, candidate.instance.mask) >=
+             options_.part_inside * candidate.instance.mask.area();
 }
 
 double InstanceTracker::resemblance(const Track& track, const Candidate& candidate) const {
@@ -191,18 +195,19 @@ double InstanceTracker::resemblance(const Track& track, const Candidate& candida
   return distance > reach ? 0.0 : similarity + 1.0 - distance / reach;
 }
 
-// A detection that lies in the mask of a track that has another detection already is a part of that.
+// One body in two detections: what no track claims, but lies in another detection, or in the mask of the
+// track that has the other detection and at its depth, is a part of that.
 void InstanceTracker::join_parts(std::vector<Candidate>& candidates) const {
+  const auto is_part_of = [&](const Candidate& part, const Candidate& whole) {
+    if (!same_class(whole.instance.class_name, part.instance.class_name)) return false;
+    const double area = options_.part_inside * part.instance.mask.area();
+    if (intersection_area(whole.instance.mask, part.instance.mask) >= area) return true;
+    return whole.track >= 0 && shows_part(tracks_[whole.track], part);
+  };
   for (Candidate& part : candidates) {
     if (part.track >= 0) continue;
     for (Candidate& whole : candidates) {
-      if (whole.track < 0) continue;
-      const Track& track = tracks_[static_cast<std::size_t>(whole.track)];
-      if (!same_class(track.class_name(), part.instance.class_name)) continue;
-      if (intersection_area(track.mask, part.instance.mask) <
-          options_.duplicate_inside * part.instance.mask.area()) {
-        continue;
-      }
+      if (&whole == &part || whole.instance.mask.none() || !is_part_of(part, whole)) continue;
       whole.instance.mask |= part.instance.mask;
       part.instance.mask = BitMask(part.instance.mask.size());
       break;
@@ -210,11 +215,41 @@ void InstanceTracker::join_parts(std::vector<Candidate>& candidates) const {
   }
 }
 
+// Two bodies in one detection. Pixels that the track of the detection did not bring along but another track
+// of the same kind did are left to that one, whether it has a detection of its own or not.
+void InstanceTracker::part_bodies(std::vector<Candidate>& candidates) {
+  std::vector<const BitMask*> own(tracks_.size(), nullptr);
+  for (const Candidate& candidate : candidates) {
+    if (candidate.track >= 0) own[candidate.track] = &candidate.instance.mask;
+  }
+  std::vector<BitMask> parted;
+  for (const Candidate& candidate : candidates) {
+    BitMask mask = candidate.instance.mask;
+    for (std::size_t i = 0; i < tracks_.size() && candidate.track >= 0; ++i) {
+      Track& other = tracks_[i];
+      const BitMask& brought = tracks_[candidate.track].mask;
+      if (static_cast<int>(i) == candidate.track || !other.in_sight() || brought.size().empty()) continue;
+      if (!same_class(other.class_name(), candidate.instance.class_name)) continue;
+      BitMask claimed = own[i] != nullptr ? *own[i] : other.mask;
+      if (intersection_area(claimed, candidate.instance.mask) < options_.part_inside * claimed.area()) continue;
+      other.hidden = own[i] == nullptr;
+      claimed -= brought;
+      mask -= claimed;
+    }
+    parted.push_back(std::move(mask));
+  }
+  for (std::size_t i = 0; i < candidates.size(); ++i) candidates[i].instance.mask = std::move(parted[i]);
+}
+
 void InstanceTracker::confirm(Track& track, const Candidate& candidate) {
   constexpr float kAppearanceRate = 0.1F;  // a look is learnt over about ten sightings
   track.votes[candidate.instance.class_name] += candidate.instance.score;
   track.score = candidate.instance.score;
-  track.mask = candidate.instance.mask;
+  if (track.in_sight() && iou(track.mask, candidate.instance.mask) < options_.min_overlap && shows_part(track, candidate)) {
+    track.mask |= candidate.instance.mask;  // the rest is there by its depth
+  } else {
+    track.mask = candidate.instance.mask;
+  }
   track.seen_area = track.mask.area();
   track.appearance.blend(candidate.appearance, kAppearanceRate);
   track.place = candidate.place;
@@ -224,14 +259,14 @@ void InstanceTracker::confirm(Track& track, const Candidate& candidate) {
 }
 
 // The mask is carried on where no detected instance lies. What was detected a few times only is given up
-// after as many misses: it may have been nothing.
+// after as many misses: it may have been nothing. To be hidden in the detection of another is no miss.
 void InstanceTracker::miss(Track& track, const std::vector<Candidate>& candidates) {
-  ++track.misses;
-  if (!track.in_sight()) return;
   for (const Candidate& candidate : candidates) {
-    if (overlap_possible(track.mask, candidate.instance.mask)) track.mask -= candidate.instance.mask;
+    if (!track.in_sight() || !overlap_possible(track.mask, candidate.instance.mask)) continue;
+    track.mask -= candidate.instance.mask;
   }
-  if (track.misses > track.detections || track.mask.area() < options_.min_area * track.seen_area) {
+  if (!track.hidden) ++track.misses;
+  if (track.in_sight() && (track.misses > track.detections || track.mask.area() < options_.min_area * track.seen_area)) {
     track.mask = BitMask();
   }
 }

@@ -19,7 +19,8 @@ struct InstanceTrackerOptions {
   double min_overlap = 0.2;      ///< IoU of carried mask and detection from which on they can be one
   double other_class = 0.5;      ///< what overlap counts if the class is another one
   double duplicate_iou = 0.6;    ///< IoU of two detections from which on they are one object
-  double duplicate_inside = 0.8;  ///< share of a detection inside another of its class from which on it is part of it
+  double part_inside = 0.6;      ///< share of a mask inside another of its class from which on it is a part of it
+  double body_depth = 0.3;       ///< parts of one body differ less in depth, m
   double min_similarity = 0.6;   ///< of colours, to be recognised after being out of sight
   double max_speed = 2.0;        ///< of somebody out of sight, m/s
   double frame_rate = 30.0;      ///< of the source, for max_speed
@@ -37,8 +38,9 @@ struct InstanceTrackerOptions {
              {0.0, 1.0, "", "factor on the overlap where the class differs (people never become things)"});
     v.number("duplicate_iou", duplicate_iou,
              {0.1, 1.0, "", "IoU of two detections from which on they are one object"});
-    v.number("duplicate_inside", duplicate_inside,
-             {0.1, 1.0, "", "share of a detection inside another of its class from which on it is a part of it"});
+    v.number("part_inside", part_inside,
+             {0.1, 1.0, "", "share of a mask inside another of its class from which on it is a part of that"});
+    v.number("body_depth", body_depth, {0.0, 10.0, "m", "parts of one body differ less in depth"});
     v.number("min_similarity", min_similarity,
              {0.0, 1.0, "", "likeness of colours needed to be recognised after being out of sight"});
     v.number("max_speed", max_speed, {0.0, 100.0, "m/s", "largest speed of somebody out of sight"});
@@ -92,6 +94,7 @@ class InstanceTracker {
     int detections = 0;
     int misses = 0;          // segmented frames in a row without it
     int frames_carried = 0;  // frames since it was last detected
+    bool hidden = false;     // not detected itself, but part of what was detected as another
 
     [[nodiscard]] bool in_sight() const { return mask.size().area() > 0; }
     [[nodiscard]] const std::string& class_name() const;
@@ -112,6 +115,8 @@ class InstanceTracker {
   [[nodiscard]] double overlap(const Track& track, const Candidate& candidate) const;
   [[nodiscard]] double resemblance(const Track& track, const Candidate& candidate) const;
   void join_parts(std::vector<Candidate>& candidates) const;
+  void part_bodies(std::vector<Candidate>& candidates);
+  [[nodiscard]] bool shows_part(const Track& track, const Candidate& candidate) const;
   void confirm(Track& track, const Candidate& candidate);
   void miss(Track& track, const std::vector<Candidate>& candidates);
   [[nodiscard]] Eigen::Vector3d place_of(const CarryView& view, const BitMask& mask) const;

@@ -75,14 +75,15 @@ class Carry {
     carried.mask = BitMask(mask_.size());
     if (box_.empty()) return carried;
     const std::vector<cv::Point2f> points = choose_points();
-    std::vector<PointMove> moves = follow(points, coarse_shift());
+    const cv::Point shift = coarse_shift();
+    std::vector<PointMove> moves = follow(points, shift);
     carried.followed = static_cast<int>(moves.size()) >= options_.min_points;
     carried.support =
         points.empty() ? 0.0 : static_cast<double>(moves.size()) / static_cast<double>(points.size());
     if (carried.followed) {
       follow_depth(moves);
     } else {
-      moves = moves_of_camera(T_to_from);
+      moves = moves_of_all(shift, T_to_from);
     }
     if (moves.empty()) return carried;
     const MotionField field(moves, mask_.size(), options_.reach);
@@ -102,7 +103,7 @@ class Carry {
   std::vector<cv::Point2f> choose_points() const;
   std::vector<PointMove> follow(const std::vector<cv::Point2f>& points, cv::Point shift) const;
   void follow_depth(const std::vector<PointMove>& moves);
-  std::vector<PointMove> moves_of_camera(const SE3* T_to_from) const;
+  std::vector<PointMove> moves_of_all(cv::Point shift, const SE3* T_to_from) const;
   void warp(const MotionField& field, CarriedMask& carried) const;
   void grow(const MotionField& field, BitMask& mask) const;
 
@@ -236,9 +237,9 @@ void Carry::follow_depth(const std::vector<PointMove>& moves) {
   if (static_cast<int>(changes.size()) >= options_.min_points) new_range_.centre += median(changes);
 }
 
-// Some pixels of the mask as points that stand still in the world; without the camera's motion or depth they
-// stay where they are in the image.
-std::vector<PointMove> Carry::moves_of_camera(const SE3* T_to_from) const {
+// Some pixels of the mask as points that stand still in the world; without the camera's motion or depth the
+// coarse shift has to do.
+std::vector<PointMove> Carry::moves_of_all(cv::Point shift, const SE3* T_to_from) const {
   constexpr int kStep = 8;
   constexpr double kNearest = 0.1;  // m; what lies nearer to the new camera, or behind it, is out of view
   std::vector<PointMove> moves;
@@ -247,7 +248,7 @@ std::vector<PointMove> Carry::moves_of_camera(const SE3* T_to_from) const {
       if (!mask_.test(x, y)) continue;
       const cv::Point2f pixel(static_cast<float>(x), static_cast<float>(y));
       if (T_to_from == nullptr || !range_.known()) {
-        moves.push_back({pixel, pixel});
+        moves.push_back({pixel, pixel + cv::Point2f(shift * kCoarse)});
         continue;
       }
       const int measured = depth_at(from_.depth, x, y);

@@ -15,7 +15,7 @@ namespace ipl_slam {
 
 /// How masks are carried along. Pixels are those of the full image unless said otherwise.
 struct MaskCarrierOptions {
-  int points = 60;               ///< tracked in every mask
+  int points = 40;               ///< tracked in every mask
   int window = 11;               ///< side of the patch around a point, pixels of the halved image
   double max_round_trip = 1.0;   ///< forth and back, a point must return this near to its start, pixels
   int min_points = 6;            ///< fewer cannot tell a motion from noise
