@@ -20,6 +20,7 @@ def load(file):
     if onnx_set.version < PER_AXIS_OPSET:
         _upgrade(file, model.graph)
         onnx_set.version = PER_AXIS_OPSET
+    _collect_constants(model.graph)
     return model
 
 
@@ -41,13 +42,12 @@ def _upgrade(file, graph):
         # [1, 16, 4, A] under opset 12: boxes of no size, mended by the newer reading.
 
 
-def constants(graph):
-    """Every constant tensor by name, whether an initializer or the output of a Constant node."""
-    found = {t.name: t for t in graph.initializer}
-    for node in graph.node:
-        if node.op_type == "Constant" and node.attribute[0].name == "value":
-            found[node.output[0]] = node.attribute[0].t
-    return found
+def _collect_constants(graph):
+    """Makes initializers of Constant nodes, so that a constant lies in one place."""
+    for node in [n for n in graph.node if n.op_type == "Constant" and n.attribute[0].name == "value"]:
+        graph.initializer.append(node.attribute[0].t)
+        graph.initializer[-1].name = node.output[0]
+        graph.node.remove(node)
 
 
 def overwrite(tensor, array):

@@ -9,7 +9,7 @@ anchors: one per cell, centred, row by row, levels 8, 16, 32).
 import numpy as np
 from onnx import numpy_helper
 
-from graph import STRIDES, constants, dimensions, input_size, set_dimensions, consumers, overwrite
+from graph import STRIDES, dimensions, input_size, overwrite, set_dimensions
 
 ANCHOR_TOLERANCE = 0.5  # cells; weights that went through 8 bits have rounded anchors
 STRIDE_TOLERANCE = 0.01  # relative
@@ -50,7 +50,7 @@ def _resize_reshapes(graph, old, new):
         (old_w, old_h), (new_w, new_h) = _level(old, stride), _level(new, stride)
         counts[old_w * old_h] = new_w * new_h
         grids[(old_h, old_w)] = [new_h, new_w]
-    known = constants(graph)
+    known = {t.name: t for t in graph.initializer}
     targets = {n.input[1] for n in graph.node if n.op_type == "Reshape" and n.input[1] in known}
     for name in targets:
         shape = numpy_helper.to_array(known[name]).copy()
@@ -64,13 +64,13 @@ def _resize_reshapes(graph, old, new):
 def _resize_decoder(graph, old, new):
     """The float constants with one entry per cell: anchors [.., 2, A] and strides [.., 1 or 4, A]."""
     kinds = set()
-    for name, tensor in constants(graph).items():
+    for tensor in graph.initializer:
         value = numpy_helper.to_array(tensor)
         if value.dtype != np.float32 or value.ndim == 0 or value.shape[-1] != _cells(old):
             continue
         rows = value.reshape(-1, _cells(old))
         kind = "anchors" if len(rows) == 2 else "strides"
-        _check(name, kind, rows, old)
+        _check(tensor.name, kind, rows, old)
         made = _anchors(new) if kind == "anchors" else np.tile(_strides(new), (len(rows), 1))
         overwrite(tensor, made.reshape(*value.shape[:-1], -1))
         kinds.add(kind)
