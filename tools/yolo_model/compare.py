@@ -4,9 +4,9 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from PIL import Image
 
 from images import letterbox
-from runtime import Session
 
 MIN_SCORE = 0.3
 NMS_IOU = 0.5
@@ -19,31 +19,35 @@ PROTOTYPE_STRIDE = 4
 class Detection:
     box: np.ndarray  # left, top, right, bottom in the picture's pixels
     score: float
-    mask: np.ndarray  # bool, at the resolution of the prototypes
+    mask: np.ndarray  # bool, of the picture's size
 
 
-def detect(outputs, class_id, scale, border):
-    """The instances of one class in a network's outputs, best first."""
-    rows, prototypes = outputs[0][0], outputs[1][0]
-    coefficients_from = len(rows) - len(prototypes)
-    scores = rows[BOX_ROWS + class_id]
-    best = (rows[BOX_ROWS:coefficients_from].max(axis=0) == scores) & (scores >= MIN_SCORE)
-    candidates = sorted(np.flatnonzero(best), key=lambda i: -scores[i])
+def detect(session, image, class_id):
+    """The instances of one class that a network finds in a letterboxed picture, best first."""
+    output, prototypes = (o[0] for o in session.run(image.array))
+    coefficients_from = len(output) - len(prototypes)
+    scores = output[BOX_ROWS + class_id]
+    is_best = output[BOX_ROWS:coefficients_from].max(axis=0) == scores
     found = []
-    for i in candidates:
-        x, y, w, h = rows[:BOX_ROWS, i]
+    for i in sorted(np.flatnonzero(is_best & (scores >= MIN_SCORE)), key=lambda i: -scores[i]):
+        x, y, w, h = output[:BOX_ROWS, i]
         corners = np.array([x - w / 2, y - h / 2, x + w / 2, y + h / 2])
-        box = (corners - np.tile(border, 2)) / scale
+        box = (corners - np.tile(image.border, 2)) / image.scale
         if all(box_iou(box, d.box) <= NMS_IOU for d in found):
-            mask = np.tensordot(rows[coefficients_from:, i], prototypes, 1) > 0
-            found.append(Detection(box, float(scores[i]), mask & _inside(corners, mask.shape)))
+            logits = np.tensordot(output[coefficients_from:, i], prototypes, 1)
+            found.append(Detection(box, float(scores[i]), _mask(logits, image, box)))
     return found
 
 
-def _inside(corners, shape):
-    left, top, right, bottom = corners / PROTOTYPE_STRIDE
-    y, x = np.mgrid[: shape[0], : shape[1]] + 0.5
-    return (x >= left) & (x < right) & (y >= top) & (y < bottom)
+def _mask(logits, image, box):
+    """Where the prototypes' sum is above 0 (sigmoid above 0.5) inside the box, at the picture's resolution."""
+    width, height = image.picture_size
+    first = np.array(image.border)
+    last = first + np.array(image.picture_size) * image.scale
+    region = tuple(np.concatenate([first, last]) / PROTOTYPE_STRIDE)
+    on = np.asarray(Image.fromarray(logits).resize((width, height), Image.BILINEAR, region)) > 0
+    x, y = np.arange(width) + 0.5, np.arange(height)[:, None] + 0.5
+    return on & (x >= box[0]) & (x < box[2]) & (y >= box[1]) & (y < box[3])
 
 
 def box_iou(a, b):
@@ -66,44 +70,33 @@ def match(first, second):
 
 @dataclass
 class Agreement:
-    first: int = 0  # detections of the first model
-    second: int = 0
-    matched: int = 0
-    box_iou: float = 0.0  # mean over the matched
-    mask_iou: float = 0.0  # mean over the matched; nan if the models' sizes differ
-    worst_mask_iou: float = 0.0
+    first: int  # detections of the first model
+    second: int
+    box_ious: list  # of the matched pairs
+    mask_ious: list
 
 
 def agreement(sessions, sizes, files, class_id):
     """Over all pictures, the instances of a class that two sessions find."""
-    result, boxes, masks = Agreement(), [], []
+    result = Agreement(0, 0, [], [])
     for file in files:
-        found = []
-        for session, size in zip(sessions, sizes):
-            image, scale, border = letterbox(file, size)
-            found.append(detect(session.run(image), class_id, scale, border))
-        pairs = match(*found)
-        result.first += len(found[0])
-        result.second += len(found[1])
-        result.matched += len(pairs)
-        boxes += [box_iou(a.box, b.box) for a, b in pairs]
-        if sizes[0] == sizes[1]:
-            masks += [(a.mask & b.mask).sum() / max((a.mask | b.mask).sum(), 1) for a, b in pairs]
-    if boxes:
-        result.box_iou = float(np.mean(boxes))
-        result.mask_iou = float(np.mean(masks)) if masks else float("nan")
-        result.worst_mask_iou = float(np.min(masks)) if masks else float("nan")
+        first, second = (detect(s, letterbox(file, size), class_id) for s, size in zip(sessions, sizes))
+        result.first += len(first)
+        result.second += len(second)
+        for a, b in match(first, second):
+            result.box_ious.append(box_iou(a.box, b.box))
+            result.mask_ious.append((a.mask & b.mask).sum() / max((a.mask | b.mask).sum(), 1))
     return result
 
 
 def run_times(sessions, images, runs):
     """Milliseconds per run, [runs, sessions]; the sessions take turns, so that a busy machine slows all alike."""
     for session, image in zip(sessions, images):
-        session.run(image)
+        session.run(image.array)  # the first run also allocates
     times = np.zeros((runs, len(sessions)))
     for run in range(runs):
         for k, (session, image) in enumerate(zip(sessions, images)):
             start = time.perf_counter()
-            session.run(image)
+            session.run(image.array)
             times[run, k] = (time.perf_counter() - start) * 1e3
     return times

@@ -15,8 +15,9 @@ def load(file):
     except Exception as error:  # whatever protobuf or the file system has to say
         raise SystemExit(f"{file} is not an ONNX model that can be read: {error}") from None
     onnx_set = next((o for o in model.opset_import if o.domain in ("", "ai.onnx")), None)
-    if onnx_set is None or len(model.graph.input) != 1 or len(model.graph.output) != 2:
-        raise SystemExit(f"{file}: expected one input (images) and two outputs, as a YOLOv8-seg export has")
+    ranks = [len(dimensions(v)) for v in [*model.graph.input, *model.graph.output]]
+    if onnx_set is None or ranks != [4, 3, 4]:
+        raise SystemExit(f"{file}: expected images[1,3,H,W] -> output0[1,116,A], output1[1,32,H/4,W/4] as a YOLOv8-seg export has")
     if onnx_set.version < PER_AXIS_OPSET:
         _upgrade(file, model.graph)
         onnx_set.version = PER_AXIS_OPSET

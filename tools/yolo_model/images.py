@@ -1,5 +1,6 @@
 """Pictures as a YOLOv8 network wants them."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,16 +19,24 @@ def image_files(folders, count):
     return [files[i] for i in chosen]
 
 
-def letterbox(file, size):
-    """The picture as [1, 3, height, width] in 0..1, RGB, scaled to fit, centred on grey.
+@dataclass
+class Letterboxed:
+    """A picture scaled to fit a network's input: x_input = scale * x_picture + border."""
 
-    Returns it with the scale and the left and top border: x_network = scale * x_picture + border.
-    """
+    array: np.ndarray  # [1, 3, height, width], RGB, 0..1
+    scale: float
+    border: tuple  # left, top
+    picture_size: tuple  # width, height before scaling
+
+
+def letterbox(file, size):
+    """The picture centred on grey in an input of `size` = (width, height)."""
     width, height = size
     picture = Image.open(file).convert("RGB")
     scale = min(width / picture.width, height / picture.height)
     inner = (round(picture.width * scale), round(picture.height * scale))
-    left, top = (width - inner[0]) // 2, (height - inner[1]) // 2
+    border = ((width - inner[0]) // 2, (height - inner[1]) // 2)
     canvas = Image.new("RGB", size, (PADDING,) * 3)
-    canvas.paste(picture.resize(inner, Image.BILINEAR), (left, top))
-    return np.asarray(canvas, np.float32).transpose(2, 0, 1)[None] / 255.0, scale, (left, top)
+    canvas.paste(picture.resize(inner, Image.BILINEAR), border)
+    array = np.asarray(canvas, np.float32).transpose(2, 0, 1)[None] / np.float32(255.0)
+    return Letterboxed(array, scale, border, picture.size)

@@ -32,7 +32,7 @@ PASSING = MOVERS | {"Add", "Concat"}
 
 
 def quantize(model, library, images, threads=1):
-    """Changes the model to 8 bits, with the ranges that its tensors take on the images (input arrays)."""
+    """Changes the model to 8 bits, with the ranges that its tensors take on the (letterboxed) images."""
     graph = model.graph
     convolutions = _activated_convolutions(graph)
     if not convolutions:
@@ -110,7 +110,7 @@ def _calibrate(model, library, images, tensors, threads):
     with tempfile.NamedTemporaryFile(suffix=".onnx") as file:
         onnx.save(observer, file.name)
         session = Session(library, file.name, inputs, names, threads)
-        seen = np.array([session.run(image) for image in images]).reshape(len(images), len(tensors), 2)
+        seen = np.array([session.run(image.array) for image in images]).reshape(len(images), len(tensors), 2)
         session.close()
     return dict(zip(tensors, seen.mean(axis=0)))
 

@@ -11,6 +11,7 @@ from onnx import numpy_helper
 
 from graph import STRIDES, dimensions, input_size, overwrite, set_dimensions
 
+TARGET_SHAPE = {"Reshape": 1, "Resize": 3}  # which input of an operator is the shape of its result
 ANCHOR_TOLERANCE = 0.5  # cells; weights that went through 8 bits have rounded anchors
 STRIDE_TOLERANCE = 0.01  # relative
 
@@ -43,22 +44,24 @@ def _cells(size):
 
 
 def _resize_reshapes(graph, old, new):
-    """Reshape's targets that count cells: [.., cells], of one level or all, or [.., height, width] of a level."""
+    """The target shapes that count cells: [.., cells], of one level or all, or [.., height, width] of a level."""
     counts = {_cells(old): _cells(new)}
     grids = {}
     for stride in STRIDES:
         (old_w, old_h), (new_w, new_h) = _level(old, stride), _level(new, stride)
         counts[old_w * old_h] = new_w * new_h
         grids[(old_h, old_w)] = [new_h, new_w]
-    known = {t.name: t for t in graph.initializer}
-    targets = {n.input[1] for n in graph.node if n.op_type == "Reshape" and n.input[1] in known}
-    for name in targets:
-        shape = numpy_helper.to_array(known[name]).copy()
+    shaping = [(n, TARGET_SHAPE[n.op_type]) for n in graph.node if n.op_type in TARGET_SHAPE]
+    targets = {n.input[place] for n, place in shaping if len(n.input) > place}
+    for tensor in graph.initializer:
+        if tensor.name not in targets:
+            continue
+        shape = numpy_helper.to_array(tensor).copy()
         if len(shape) == 4 and tuple(shape[2:]) in grids:
             shape[2:] = grids[tuple(shape[2:])]
         elif shape[-1] in counts:
             shape[-1] = counts[shape[-1]]
-        overwrite(known[name], shape)
+        overwrite(tensor, shape)
 
 
 def _resize_decoder(graph, old, new):

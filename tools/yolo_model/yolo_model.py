@@ -21,8 +21,6 @@ from quantize import quantize
 from resize import resize
 from runtime import Library, Session
 
-OUTPUTS = 2
-
 
 def size(text):
     if not re.fullmatch(r"\d+x\d+", text):
@@ -40,7 +38,7 @@ def resize_command(arguments):
 def quantize_command(arguments):
     model = graph.load(arguments.model)
     files = image_files(arguments.images, arguments.count)
-    images = [letterbox(f, fixed_size(model, arguments.model))[0] for f in files]
+    images = [letterbox(f, fixed_size(model, arguments.model)) for f in files]
     quantize(model, Library(arguments.runtime), images, arguments.threads)
     onnx.save(model, arguments.output)
 
@@ -55,9 +53,11 @@ def compare_command(arguments):
         sessions.append(Session(library, file, *names, arguments.threads))
     files = image_files(arguments.images, arguments.count)
     found = compare.agreement(sessions, sizes, files, arguments.class_id)
-    print(f"images {len(files)}, instances {found.first} and {found.second}, matched {found.matched}")
-    print(f"mean IoU of boxes {found.box_iou:.3f}, of masks {found.mask_iou:.3f} (least {found.worst_mask_iou:.3f})")
-    times = compare.run_times(sessions, [letterbox(files[0], s)[0] for s in sizes], arguments.runs)
+    print(f"images {len(files)}, instances {found.first} and {found.second}, matched {len(found.box_ious)}")
+    if found.box_ious:
+        masks = found.mask_ious
+        print(f"mean IoU of boxes {np.mean(found.box_ious):.3f}, of masks {np.mean(masks):.3f} (least {min(masks):.3f})")
+    times = compare.run_times(sessions, [letterbox(files[0], s) for s in sizes], arguments.runs)
     for name, of in (("median", np.median), ("least", np.min)):
         first, second = of(times, axis=0)
         print(f"{name} {first:.1f} ms and {second:.1f} ms, {first / second:.2f} times as fast")
