@@ -17,7 +17,7 @@ def load(file):
     onnx_set = next((o for o in model.opset_import if o.domain in ("", "ai.onnx")), None)
     ranks = [len(dimensions(v)) for v in [*model.graph.input, *model.graph.output]]
     if onnx_set is None or ranks != [4, 3, 4]:
-        raise SystemExit(f"{file}: expected images[1,3,H,W] -> output0[1,116,A], output1[1,32,H/4,W/4] as a YOLOv8-seg export has")
+        raise SystemExit(f"{file}: expected images[1,3,H,W] -> output0[1,116,A], output1[1,32,H/4,W/4] (YOLOv8-seg)")
     if onnx_set.version < PER_AXIS_OPSET:
         _upgrade(file, model.graph)
         onnx_set.version = PER_AXIS_OPSET

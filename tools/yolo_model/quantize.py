@@ -22,7 +22,6 @@ from graph import consumers
 from runtime import Session
 
 ACTIVATION_STEPS = 255
-WEIGHT_MAX = 127
 TINY = np.finfo(np.float32).tiny  # a tensor or channel that is all 0 still needs a scale
 FLOAT_AGAIN = "_dequantized"  # behind the name of a tensor: its value after the pair
 # What moves values about without changing them: one scale must serve input and output.
@@ -31,8 +30,11 @@ MOVERS = {"MaxPool", "Resize", "Slice", "Split"}
 PASSING = MOVERS | {"Add", "Concat"}
 
 
-def quantize(model, library, images, threads=1):
-    """Changes the model to 8 bits, with the ranges that its tensors take on the (letterboxed) images."""
+def quantize(model, library, images, weight_bits=8, threads=1):
+    """Changes the model to 8 bits, with the ranges that its tensors take on the (letterboxed) images.
+
+    Without VNNI, x86 processors add two products in 16 bits, which overflow with 8-bit weights: 7 for these.
+    """
     graph = model.graph
     convolutions = _activated_convolutions(graph)
     if not convolutions:
@@ -44,7 +46,7 @@ def quantize(model, library, images, threads=1):
         low = min(ranges[t][0] for t in group)
         high = max(ranges[t][1] for t in group)
         parameters.update(dict.fromkeys(group, _affine(low, high)))
-    _quantize_weights(graph, convolutions, parameters)
+    _quantize_weights(graph, convolutions, parameters, 2 ** (weight_bits - 1) - 1)
     _insert_pairs(graph, parameters)
 
 
@@ -67,7 +69,7 @@ def _quantized_tensors(graph, convolutions):
         silu.add(node.output[0])
         for reader in readers[node.output[0]]:
             silu.add(reader.output[0])
-    chosen = silu | {node.input[0] for node in convolutions}
+    chosen = {t for t in silu if t in readers} | {node.input[0] for node in convolutions}
     partner = {t: t for t in chosen}
 
     def find(t):
@@ -158,14 +160,14 @@ def _set_nodes(graph, nodes):
     graph.node.extend(copies.node)
 
 
-def _quantize_weights(graph, convolutions, parameters):
+def _quantize_weights(graph, convolutions, parameters, largest_integer):
     """Weights to int8 per output channel, bias to int32 in units of input scale times weight scale."""
     stored = {t.name: t for t in graph.initializer}
     restored = []
     for node in convolutions:
         weights = numpy_helper.to_array(stored[node.input[1]])
         largest = np.abs(weights).reshape(len(weights), -1).max(axis=1)
-        scale = np.maximum(largest, TINY) / np.float32(WEIGHT_MAX)
+        scale = np.maximum(largest, TINY) / np.float32(largest_integer)
         integers = np.rint(weights / scale.reshape(-1, 1, 1, 1)).astype(np.int8)
         restored.append(_dequantized(graph, stored[node.input[1]], integers, scale))
         if len(node.input) > 2:

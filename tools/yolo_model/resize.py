@@ -11,6 +11,7 @@ from onnx import numpy_helper
 
 from graph import STRIDES, dimensions, input_size, overwrite, set_dimensions
 
+ADVICE = "export at the new size instead"
 TARGET_SHAPE = {"Reshape": 1, "Resize": 3}  # which input of an operator is the shape of its result
 ANCHOR_TOLERANCE = 0.5  # cells; weights that went through 8 bits have rounded anchors
 STRIDE_TOLERANCE = 0.01  # relative
@@ -74,14 +75,14 @@ def _resize_decoder(graph, old, new):
         rows = value.reshape(-1, _cells(old))
         kind = "anchors" if len(rows) == 2 else "strides"
         _check(tensor.name, kind, rows, old)
-        made = _anchors(new) if kind == "anchors" else np.tile(_strides(new), (len(rows), 1))
+        made = anchors(new) if kind == "anchors" else np.tile(strides(new), (len(rows), 1))
         overwrite(tensor, made.reshape(*value.shape[:-1], -1))
         kinds.add(kind)
     if kinds != {"anchors", "strides"}:
-        raise SystemExit("the anchors and strides of a YOLOv8 box decoder were not found; export at the new size instead")
+        raise SystemExit(f"the anchors and strides of a YOLOv8 box decoder were not found; {ADVICE}")
 
 
-def _anchors(size):
+def anchors(size):
     """[2, A]: x and y of the centre of every cell, in cells of its level."""
     grids = []
     for stride in STRIDES:
@@ -91,7 +92,7 @@ def _anchors(size):
     return np.concatenate(grids, axis=1)
 
 
-def _strides(size):
+def strides(size):
     """[A]: pixels per cell."""
     return np.concatenate([np.full(w * h, s) for s in STRIDES for w, h in [_level(size, s)]]).astype(np.float64)
 
@@ -99,8 +100,8 @@ def _strides(size):
 def _check(name, kind, rows, size):
     """That a constant is what it is taken for."""
     if kind == "anchors":
-        right = np.abs(rows - _anchors(size)).max() <= ANCHOR_TOLERANCE
+        right = np.abs(rows - anchors(size)).max() <= ANCHOR_TOLERANCE
     else:
-        right = np.abs(rows / _strides(size) - 1.0).max() <= STRIDE_TOLERANCE
+        right = np.abs(rows / strides(size) - 1.0).max() <= STRIDE_TOLERANCE
     if not right:
-        raise SystemExit(f"{name} does not hold the {kind} of a YOLOv8 box decoder; export at the new size instead")
+        raise SystemExit(f"{name} does not hold the {kind} of a YOLOv8 box decoder; {ADVICE}")

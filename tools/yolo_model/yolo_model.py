@@ -39,7 +39,7 @@ def quantize_command(arguments):
     model = graph.load(arguments.model)
     files = image_files(arguments.images, arguments.count)
     images = [letterbox(f, fixed_size(model, arguments.model)) for f in files]
-    quantize(model, Library(arguments.runtime), images, arguments.threads)
+    quantize(model, Library(arguments.runtime), images, arguments.weight_bits, arguments.threads)
     onnx.save(model, arguments.output)
 
 
@@ -55,8 +55,8 @@ def compare_command(arguments):
     found = compare.agreement(sessions, sizes, files, arguments.class_id)
     print(f"images {len(files)}, instances {found.first} and {found.second}, matched {len(found.box_ious)}")
     if found.box_ious:
-        masks = found.mask_ious
-        print(f"mean IoU of boxes {np.mean(found.box_ious):.3f}, of masks {np.mean(masks):.3f} (least {min(masks):.3f})")
+        boxes, masks = np.mean(found.box_ious), np.mean(found.mask_ious)
+        print(f"mean IoU of boxes {boxes:.3f}, of masks {masks:.3f} (least {min(found.mask_ious):.3f})")
     times = compare.run_times(sessions, [letterbox(files[0], s) for s in sizes], arguments.runs)
     for name, of in (("median", np.median), ("least", np.min)):
         first, second = of(times, axis=0)
@@ -91,6 +91,10 @@ def main():
     command.add_argument("model")
     command.add_argument("-o", "--output", required=True)
 
+    command.add_argument(
+        "--weight-bits", type=int, choices=(7, 8), default=8, help="7 for processors without VNNI (default 8)"
+    )
+
     command = commands.add_parser("compare", parents=[running], help="agreement and run times of two models")
     command.set_defaults(run=compare_command)
     command.add_argument("model")
@@ -99,7 +103,10 @@ def main():
     command.add_argument("--runs", type=int, default=30, help="timed runs of each (default 30)")
 
     arguments = parser.parse_args()
-    arguments.run(arguments)
+    try:
+        arguments.run(arguments)
+    except (OSError, RuntimeError) as error:  # files, ONNX Runtime
+        raise SystemExit(f"yolo_model: {error}") from None
 
 
 if __name__ == "__main__":
