@@ -95,8 +95,8 @@ def _quantized_tensors(graph, convolutions):
 def _calibrate(model, library, images, tensors, threads):
     """[low, high] of each tensor: the least and greatest value of an image, averaged over the images.
 
-    The average rather than the extreme, as in Jacob et al., section 3.1: one odd image does not widen the
-    range for all.
+    The average (a moving one in Jacob et al., section 3.1) rather than the extreme: one odd image does not
+    widen the range for all.
     """
     observer = onnx.ModelProto()
     observer.CopyFrom(model)
