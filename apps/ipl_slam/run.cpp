@@ -67,6 +67,7 @@ class OutputFolder {
   void make_way() const {
     std::error_code ignored;
     for (const char* name : {"summary.json", "trajectory.png", "instances.jsonl"}) fs::remove(folder_ / name, ignored);
+    fs::remove_all(folder_ / "overlays", ignored);
   }
 
  private:
@@ -204,6 +205,7 @@ void run(const RunOptions& options) {
     output.leave_no_trace();
     throw;
   }
+  for (const std::string& remark : pipeline.instances().remarks()) log().warn("{}", remark);
   write_results(output, result, setting, truth, pipeline);
   if (overlays) overlays->keep();
   if (result.interrupted) exit_code() = kInterrupted;

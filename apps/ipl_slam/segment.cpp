@@ -227,6 +227,7 @@ void segment_sequence(const SegmentOptions& options, const Config& config) {
   }
   fmt::print("{} images, {} skipped, {} instances found by {}\n", times.total.size(), skipped, instances,
              segmenter->name());
+  for (const std::string& remark : segmenter->remarks()) log().warn("{}", remark);
   times.print();
   if (judge) judge->print();
   fmt::print("results in {}\n", output.string());

@@ -45,6 +45,7 @@ class NoInstances final : public InstanceSchedule {
   void finish() override {}
   [[nodiscard]] const InstanceTimes& times() const override { return times_; }
   [[nodiscard]] const DynamicSpans& dynamic() const override { return dynamic_; }
+  [[nodiscard]] std::vector<std::string> remarks() const override { return {}; }
 
  private:
   InstanceTimes times_;
@@ -89,6 +90,7 @@ class LockstepInstances final : public InstanceSchedule {
   void finish() override {}
   [[nodiscard]] const InstanceTimes& times() const override { return times_; }
   [[nodiscard]] const DynamicSpans& dynamic() const override { return dynamic_; }
+  [[nodiscard]] std::vector<std::string> remarks() const override { return segmenter_->remarks(); }
 
  private:
   std::unique_ptr<Segmenter> segmenter_;
@@ -200,6 +202,7 @@ class RealtimeInstances final : public InstanceSchedule {
   }
   [[nodiscard]] const InstanceTimes& times() const override { return times_; }
   [[nodiscard]] const DynamicSpans& dynamic() const override { return dynamic_; }
+  [[nodiscard]] std::vector<std::string> remarks() const override { return segmenter_->remarks(); }
 
  private:
   struct Segmented {

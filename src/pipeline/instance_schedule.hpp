@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "dataset/rgbd_frame.hpp"
@@ -45,6 +46,8 @@ class InstanceSchedule {
   /// after finish().
   [[nodiscard]] virtual const InstanceTimes& times() const = 0;
   [[nodiscard]] virtual const DynamicSpans& dynamic() const = 0;
+  /// What the segmenter has to say to its user. To be called after finish().
+  [[nodiscard]] virtual std::vector<std::string> remarks() const = 0;
 };
 
 /// Nothing is segmented with segmentation.segmenter "none". In lockstep all is done in see() and judge(), in

@@ -200,6 +200,13 @@ std::vector<Instance> MaskFolderSegmenter::segment(const RgbdFrame& frame) {
   }
 }
 
+std::vector<std::string> MaskFolderSegmenter::remarks() const {
+  std::vector<std::string> lines;
+  if (missing_ > 0) lines.push_back(fmt::format("{} frames have no mask in '{}'", missing_, folder_.string()));
+  if (broken_ > 0) lines.push_back(fmt::format("{} masks could not be used: {}", broken_, last_problem_));
+  return lines;
+}
+
 std::vector<Instance> MaskFolderSegmenter::instances(const cv::Mat& labels, const ClassList& classes) const {
   std::vector<Instance> result;
   for (auto& [id, mask] : labels.depth() == CV_8U ? split<std::uint8_t>(labels, options_.min_area)

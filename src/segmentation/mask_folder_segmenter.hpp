@@ -49,6 +49,7 @@ class MaskFolderSegmenter : public Segmenter {
   /// missing or broken, which is counted.
   [[nodiscard]] std::vector<Instance> segment(const RgbdFrame& frame) override;
   [[nodiscard]] std::string name() const override { return "masks"; }
+  [[nodiscard]] std::vector<std::string> remarks() const override;
 
   /// Frames without a mask, up to now. If this is all of them, the folder belongs to another sequence.
   [[nodiscard]] std::size_t missing() const { return missing_; }
