@@ -90,10 +90,9 @@ ContourVerdicts ContourWindow::process(const ContourFrame& frame) {
     movers_.saw(tracked.id, frame.index);
     const bool known_mover = movers_.contains(tracked.id);
     const std::optional<std::size_t> instance = index_of(views_.back().seen, tracked.id);
-    if (instance)
-      known_mover ? check_known_mover(track, *instance) : judge(track, *instance);
-    else if (known_mover)
-      track.verdict.state = MotionState::moving;
+    if (known_mover) track.verdict.state = MotionState::moving;
+    if (instance && known_mover) check_known_mover(track, *instance);
+    if (instance && !known_mover) judge(track, *instance);
 
     result.verdicts.push_back(track.verdict);
     if (track.verdict.state != MotionState::moving) continue;
@@ -122,8 +121,8 @@ void ContourWindow::judge(Track& track, std::size_t instance) {
   std::vector<double> similarities;
   for (const Pair& p : track.pairs) similarities.push_back(p.similarity);
   if (ends) similarities.push_back(ends->similarity);
-  if (similarities.size() < static_cast<std::size_t>(options_.minimum_pairs))
-    return;  // the last verdict stands
+  // With too few the last verdict stands.
+  if (similarities.size() < static_cast<std::size_t>(options_.minimum_pairs)) return;
   const double similarity = options_.robust ? robust_mean_of(similarities) : mean_of(similarities);
   const bool moving = similarity < threshold_of(instance);
   track.verdict.similarity = similarity;
@@ -135,7 +134,6 @@ void ContourWindow::judge(Track& track, std::size_t instance) {
 }
 
 void ContourWindow::check_known_mover(Track& track, std::size_t instance) {
-  track.verdict.state = MotionState::moving;
   const std::size_t now = views_.back().frame;
   if (now - movers_.last_check(track.verdict.id) < static_cast<std::size_t>(options_.pair_gap)) return;
   const std::optional<Pair> pair = compare(instance, options_.pair_gap);

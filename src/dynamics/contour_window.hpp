@@ -16,18 +16,17 @@
 
 namespace ipl_slam {
 
-/// The paper's values (paper_contour_window) judge all real masks as moving: with the outlines of a real
-/// segmenter the Hu invariants of a still object differ so much that 0.85 is out of reach, and a moving
-/// camera does the rest. The defaults are what told people who walk from people and things that stay in
-/// recorded sequences (docs/method.md).
+/// With the paper's values (paper_contour_window) the masks of a real segmenter are all judged moving: the Hu
+/// invariants of noisy outlines keep the similarity of still objects below 0.85, and a moving camera does the
+/// rest. The defaults are the middle of the gap between people who walk and what stays (docs/method.md).
 struct ContourWindowOptions {
-  int window = 20;         ///< source frames over which an instance is judged
-  int pair_gap = 10;       ///< source frames between the masks of a pair
-  int tolerance = 5;       ///< source frames by which a pair's gap may differ where frames have no masks
-  int minimum_pairs = 3;   ///< pairs from which on an instance is judged
-  double threshold = 0.6;  ///< similarity over the window below this is motion
-  double movable_threshold = 0.45;  ///< the same for classes that do not move by themselves (class_role.hpp)
-  double iou_weight = 1.0;          ///< share of IoU in the similarity, the rest is that of the Hu invariants
+  int window = 20;          ///< source frames over which an instance is judged
+  int pair_gap = 10;        ///< source frames between the masks of a pair
+  int tolerance = 5;        ///< source frames by which a pair's gap may differ where frames have no masks
+  int minimum_pairs = 3;    ///< pairs from which on an instance is judged
+  double threshold = 0.65;  ///< similarity over the window below this is motion
+  double movable_threshold = 0.5;  ///< the same for classes that do not move by themselves (class_role.hpp)
+  double iou_weight = 1.0;         ///< share of IoU in the similarity, the rest is that of the Hu invariants
   bool robust = true;        ///< the window's similarity is the median without the two lowest, else the mean
   bool compensate = true;    ///< carry masks along with the camera's motion before they are compared
   bool record_table = true;  ///< known movers are moving at once, without analysis
@@ -45,8 +44,15 @@ struct ContourWindowOptions {
     v.number("threshold", threshold,
              {0.0, 1.0, "1", "similarity of the contours over the window below this is motion"});
     v.number(
+        "movable_threshold", movable_threshold,
+        {0.0, 1.0, "1", "the same for what does not move by itself: all but people, animals and vehicles"});
+    v.number(
         "iou_weight", iou_weight,
         {0.0, 1.0, "1", "share of the overlap in the similarity; the rest is that of the Hu invariants"});
+    v.flag(
+        "robust", robust,
+        "similarity over the window = median of its pairs without the two lowest, which one bad mask cannot "
+        "change; off: their mean");
     v.flag(
         "compensate", compensate,
         "carry the earlier mask into the current view with its depth and the camera's motion; off: compare "
