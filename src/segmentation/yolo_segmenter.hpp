@@ -19,8 +19,11 @@ struct YoloOptions {
   float min_score = 0.3F;   ///< instances that score less are left out
   float nms_iou = 0.7F;     ///< Ultralytics' default for prediction
   int max_instances = 100;  ///< per image, the best
-  int image_side = 320;     ///< pixels that the longer side of the image gets in the network's input
-  int threads = 1;          ///< that work on one image
+  /// Pixels of the longer side of the image in the network's input. At 640, as the networks were trained,
+  /// people who fill much of the picture are overlooked more often than at 320 (measured: 71 against 86 % of
+  /// their pixels found), and those some metres away are found at both.
+  int image_side = 320;
+  int threads = 1;  ///< that work on one image
 
   template <class Visitor>
   void visit(Visitor& v) {
