@@ -24,10 +24,11 @@ void write_row(const std::uint8_t* pixels, int step, int count, float* out) {
 
 }  // namespace
 
-Letterbox::Letterbox(cv::Size image_size, cv::Size input_size) : image(image_size), input(input_size) {
+Letterbox::Letterbox(cv::Size image_size, cv::Size input_size, double max_scale)
+    : image(image_size), input(input_size) {
   CV_Assert(image.width > 0 && image.height > 0 && input.width > 0 && input.height > 0);
-  const double scale = std::min(static_cast<double>(input.width) / image.width,
-                                static_cast<double>(input.height) / image.height);
+  const double scale = std::min({static_cast<double>(input.width) / image.width,
+                                 static_cast<double>(input.height) / image.height, max_scale});
   content.width = std::max(1, static_cast<int>(std::nearbyint(image.width * scale)));
   content.height = std::max(1, static_cast<int>(std::nearbyint(image.height * scale)));
   content.x = half(input.width - content.width);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -12,7 +13,8 @@ namespace ipl_slam {
 /// Coordinates are continuous: a pixel covers [x, x+1), its centre is x + 0.5. cv::resize keeps to this, so a
 /// point of the image lies at input = point * scale + offset.
 struct Letterbox {
-  Letterbox(cv::Size image, cv::Size input);
+  /// Scaled by at most `max_scale`, further down if the image does not fit into the input otherwise.
+  Letterbox(cv::Size image, cv::Size input, double max_scale = std::numeric_limits<double>::infinity());
 
   cv::Size image, input;  ///< pixels
   cv::Rect content;       ///< where the image lies in the input

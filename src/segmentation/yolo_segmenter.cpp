@@ -19,8 +19,7 @@
 namespace ipl_slam {
 namespace {
 
-constexpr int kStride = 32;     // of the network's coarsest level; an input side is a multiple of it
-constexpr int kLongSide = 640;  // what the published networks were trained at
+constexpr int kStride = 32;  // of the network's coarsest level; an input side is a multiple of it
 constexpr std::int64_t kOpen = -1;
 
 using Clock = std::chrono::steady_clock;
@@ -102,26 +101,6 @@ cv::Size fixed_size(const OnnxModel& model) {
           static_cast<int>(std::max<std::int64_t>(0, shape[2]))};
 }
 
-void check_input_size(const OnnxModel& model, cv::Size asked) {
-  if (asked == cv::Size()) return;
-  if (asked.empty() || asked.width % kStride != 0 || asked.height % kStride != 0) {
-    throw UserError(
-        fmt::format("the YOLO segmenter cannot use an input of {}x{}; give multiples of {} for both "
-                    "input_width and input_height, or 0 for both",
-                    asked.width, asked.height, kStride));
-  }
-  const cv::Size fixed = fixed_size(model);
-  const bool fits =
-      (fixed.width == 0 || fixed.width == asked.width) && (fixed.height == 0 || fixed.height == asked.height);
-  if (!fits) {
-    throw UserError(
-        fmt::format("'{}' takes images of {}x{} only, not of {}x{}; leave input_width and "
-                    "input_height at 0, or export it with imgsz={},{} or dynamic=True",
-                    model.file().string(), fixed.width, fixed.height, asked.width, asked.height, asked.height,
-                    asked.width));
-  }
-}
-
 int next_multiple(double length) {
   return kStride * std::max(1, static_cast<int>(std::ceil(length / kStride)));
 }
@@ -130,24 +109,25 @@ int next_multiple(double length) {
 
 YoloSegmenter::YoloSegmenter(const YoloOptions& options)
     : options_(options), model_(load(options)), layout_(check_layout(model_)) {
-  check_input_size(model_, {options_.input_width, options_.input_height});
   class_names_ = ipl_slam::class_names(model_.metadata("names"), layout_.classes);
   selected_ = select_classes(options_.classes, class_names_);
 }
 
+double YoloSegmenter::max_scale(cv::Size image) const {
+  return static_cast<double>(options_.image_side) / std::max(image.width, image.height);
+}
+
 cv::Size YoloSegmenter::input_size(cv::Size image) const {
-  cv::Size size(options_.input_width, options_.input_height);
-  if (size.empty()) {
-    const double scale = static_cast<double>(kLongSide) / std::max(image.width, image.height);
-    size = {next_multiple(image.width * scale), next_multiple(image.height * scale)};
-  }
+  const double scale = max_scale(image);
   const cv::Size fixed = fixed_size(model_);
-  return {fixed.width > 0 ? fixed.width : size.width, fixed.height > 0 ? fixed.height : size.height};
+  return {fixed.width > 0 ? fixed.width : next_multiple(image.width * scale),
+          fixed.height > 0 ? fixed.height : next_multiple(image.height * scale)};
 }
 
 std::vector<Instance> YoloSegmenter::segment(const RgbdFrame& frame) {
   Clock::time_point start = Clock::now();
-  const Letterbox letterbox(frame.color.size(), input_size(frame.color.size()));
+  const cv::Size image = frame.color.size();
+  const Letterbox letterbox(image, input_size(image), max_scale(image));
   fill_letterbox(frame.color, letterbox, planes_);
   times_.preprocess = lap(start);
   const YoloOutput output = run(letterbox.input);

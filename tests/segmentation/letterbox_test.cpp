@@ -25,6 +25,11 @@ TEST(Letterbox, GivesTheOddPixelToTheRightAndBottom) {
   EXPECT_EQ(Letterbox({51, 100}, {64, 100}).content, cv::Rect(6, 0, 51, 100));
 }
 
+TEST(Letterbox, ScalesNoFurtherUpThanAllowed) {
+  EXPECT_EQ(Letterbox({640, 480}, {640, 640}, 0.5).content, cv::Rect(160, 200, 320, 240));
+  EXPECT_EQ(Letterbox({640, 480}, {320, 320}, 1.0).content, cv::Rect(0, 40, 320, 240));
+}
+
 TEST(Letterbox, TakesPointsThereAndBack) {
   for (const cv::Size image :
        {cv::Size(640, 480), cv::Size(1280, 720), cv::Size(319, 241), cv::Size(100, 400)}) {
