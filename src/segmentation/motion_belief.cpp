@@ -93,6 +93,7 @@ cv::Mat MotionBelief::averaged(const FreeSpaceEvidence& evidence, int min_free, 
   const auto* taken = evidence.taken.ptr<std::uint8_t>();
   const auto* before = prior.ptr<float>();
   auto* sum = sums.ptr<cv::Vec2f>();
+  const auto full_taken = static_cast<float>(options_.full_taken);
   const auto taken_weight = static_cast<float>(options_.taken_weight);
   const auto memory_weight = static_cast<float>(options_.memory_weight);
   const auto bias = static_cast<float>(options_.bias);
@@ -103,8 +104,9 @@ cv::Mat MotionBelief::averaged(const FreeSpaceEvidence& evidence, int min_free, 
       value += 1.0F;
       weight += 1.0F;
     } else if (taken[i] > 0) {
-      value -= taken_weight;
-      weight += taken_weight;
+      const float agreed = taken_weight * std::min(1.0F, static_cast<float>(taken[i]) / full_taken);
+      value -= agreed;
+      weight += agreed;
     }
     sum[i] = {value, weight};
   }

@@ -15,7 +15,8 @@ namespace ipl_slam {
 struct MotionBeliefOptions {
   int min_free = 2;             ///< earlier frames that must have seen past a cell
   double free_share = 0.25;     ///< and their share of those that say anything
-  double taken_weight = 0.3;    ///< of a cell that stands where earlier frames saw a surface; of one that entered free space: 1
+  double taken_weight = 0.6;    ///< of a cell that stands where earlier frames saw a surface; of one that entered free space: 1
+  int full_taken = 10;          ///< earlier frames that must have seen a surface there for all of that weight
   double hindsight = 0.15;      ///< how much later it is judged what has left its place, s
   double memory_weight = 0.5;   ///< of what was believed in the last frame
   double bias = 0.1;            ///< weight of believing, without any evidence, that a cell is static
@@ -31,6 +32,8 @@ struct MotionBeliefOptions {
              {0.0, 1.0, "", "and their share of the earlier frames that say anything about it"});
     v.number("taken_weight", taken_weight,
              {0.0, 10.0, "", "weight of a cell where earlier frames saw a surface; of one in free space: 1"});
+    v.number("full_taken", full_taken,
+             {1, 250, "count", "earlier frames that must have seen a surface there for all of that weight"});
     v.number("hindsight", hindsight, {0.0, 10.0, "s", "how much later it is judged what has left its place"});
     v.number("memory_weight", memory_weight, {0.0, 10.0, "", "weight of what was believed in the last frame"});
     v.number("bias", bias, {0.0, 10.0, "", "weight of believing without evidence that a cell is static"});
