@@ -14,10 +14,10 @@ constexpr float kFarInverseDepth = 0.5F;
 
 // Between a cell with depth and one without the filter passes this share at most: depth is missing at edges
 // more often than elsewhere.
-constexpr float kToMissingDepth = 0.7F;
+constexpr float kToMissingDepth = 0.5F;
 
-// Cells of two frames whose depth differs by more than this share show different things. Wider than the noise:
-// what moves also moves in depth between the frames.
+// Cells of two frames whose depth differs by more than this share show different things. Wider than the
+// noise: what moves also moves in depth between the frames.
 constexpr float kSameSurface = 0.15F;
 
 float conductance_between(float inverse_a, float inverse_b, int grey_a, int grey_b, float base,
