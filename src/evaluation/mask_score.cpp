@@ -31,8 +31,14 @@ MaskScore& MaskScore::operator+=(const MaskScore& other) {
   return *this;
 }
 
-double MaskScore::recall() const { return share(hits, hits + misses, 1.0); }
-double MaskScore::precision() const { return share(hits, hits + false_alarms, 1.0); }
-double MaskScore::false_area() const { return share(false_alarms, pixels, 0.0); }
+double MaskScore::recall() const {
+  return share(hits, hits + misses, 1.0);
+}
+double MaskScore::precision() const {
+  return share(hits, hits + false_alarms, 1.0);
+}
+double MaskScore::false_area() const {
+  return share(false_alarms, pixels, 0.0);
+}
 
 }  // namespace ipl_slam

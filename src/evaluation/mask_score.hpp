@@ -8,8 +8,8 @@ namespace ipl_slam {
 
 /// Pixels of masks compared with the true ones, added up over any number of images.
 struct MaskScore {
-  std::int64_t hits = 0;    ///< on in both
-  std::int64_t misses = 0;  ///< on in the true mask alone
+  std::int64_t hits = 0;          ///< on in both
+  std::int64_t misses = 0;        ///< on in the true mask alone
   std::int64_t false_alarms = 0;  ///< on in the found mask alone
   std::int64_t pixels = 0;        ///< of all images
 

@@ -173,8 +173,8 @@ std::vector<CameraMotion::Observation> CameraMotion::follow(const SE3& T_cw) con
     o.p_w = landmarks_[i].p_w;
     o.pixel = to[i];
     o.undistorted = camera_.undistort(full);
-    const float z = keypoint_depth(depth_, static_cast<float>(full.x()), static_cast<float>(full.y()),
-                                   camera_, {}, {});
+    const float z =
+        keypoint_depth(depth_, static_cast<float>(full.x()), static_cast<float>(full.y()), camera_, {}, {});
     o.inverse_depth = z > 0.0F ? 1.0 / z : 0.0;
     o.trust = std::min(1.0, (landmarks_[i].age + 1.0) / options_.trust_frames);
     seen.push_back(o);
@@ -280,8 +280,8 @@ void CameraMotion::renew_landmarks(const cv::Mat& moving) {
       const cv::Point2f pixel(where + cell.tl());
       if (on_mover(pixel)) continue;
       const Eigen::Vector2d full = full_pixel(pixel);
-      const float z = keypoint_depth(depth_, static_cast<float>(full.x()), static_cast<float>(full.y()),
-                                     camera_, {}, {});
+      const float z =
+          keypoint_depth(depth_, static_cast<float>(full.x()), static_cast<float>(full.y()), camera_, {}, {});
       if (z <= 0.0F) continue;
       landmarks_.push_back({pixel, T_wc_ * camera_.unproject(camera_.undistort(full), z), 0});
     }

@@ -14,13 +14,13 @@
 namespace ipl_slam {
 
 struct CameraMotionOptions {
-  int image_width = 320;         ///< of the image that corners are followed in, pixels
-  int cell = 16;                 ///< one landmark per square of this side, in that image, pixels
-  double min_corner = 4e-4;      ///< least eigenvalue of the structure tensor (grey values 0 to 1)
-  double pixel_sigma = 1.0;      ///< error of a followed corner, pixels of the full image
-  double inverse_sigma = 0.01;   ///< error of measured inverse depth, 1/m
-  int trust_frames = 15;         ///< frames after which a landmark that stays put is fully trusted
-  int min_landmarks = 12;        ///< fewer that agree on a pose: the camera is lost
+  int image_width = 320;        ///< of the image that corners are followed in, pixels
+  int cell = 16;                ///< one landmark per square of this side, in that image, pixels
+  double min_corner = 4e-4;     ///< least eigenvalue of the structure tensor (grey values 0 to 1)
+  double pixel_sigma = 1.0;     ///< error of a followed corner, pixels of the full image
+  double inverse_sigma = 0.01;  ///< error of measured inverse depth, 1/m
+  int trust_frames = 15;        ///< frames after which a landmark that stays put is fully trusted
+  int min_landmarks = 12;       ///< fewer that agree on a pose: the camera is lost
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -38,9 +38,9 @@ struct CameraMotionOptions {
 };
 
 /// The camera's own motion, from landmarks that are followed through the images with pyramidal Lucas-Kanade
-/// flow (Bouguet, "Pyramidal implementation of the Lucas Kanade feature tracker", 2000) and have a fixed place
-/// in the world. What makes it robust against scenes that mostly move: landmarks are spread evenly, and count
-/// the more the longer they have stayed put, so newcomers cannot outvote what has proved to be static.
+/// flow (Bouguet, "Pyramidal implementation of the Lucas Kanade feature tracker", 2000) and have a fixed
+/// place in the world. What makes it robust against scenes that mostly move: landmarks are spread evenly, and
+/// count the more the longer they have stayed put, so newcomers cannot outvote what has proved to be static.
 class CameraMotion {
  public:
   CameraMotion(const Camera& camera, const CameraMotionOptions& options);

@@ -58,19 +58,20 @@ BitMask region_mask(const CellRegion& region, const cv::Mat& labels, const GridF
                     const cv::Mat& depth, const WorkingGrid& grid) {
   BitMask mask(grid.image_size());
   const cv::Rect all({0, 0}, labels.size());
-  const cv::Rect reach = cv::Rect(region.box.x - 1, region.box.y - 1, region.box.width + 2,
-                                  region.box.height + 2) &
-                         all;
+  const cv::Rect reach =
+      cv::Rect(region.box.x - 1, region.box.y - 1, region.box.width + 2, region.box.height + 2) & all;
   for (int y = reach.y; y < reach.y + reach.height; ++y) {
     for (int x = reach.x; x < reach.x + reach.width; ++x) {
       const cv::Rect around = cv::Rect(x - 1, y - 1, 3, 3) & all;
       const bool own = labels.at<int>(y, x) == region.label;
       int count = 0;
       for (int j = around.y; j < around.y + around.height; ++j) {
-        for (int i = around.x; i < around.x + around.width; ++i) count += labels.at<int>(j, i) == region.label;
+        for (int i = around.x; i < around.x + around.width; ++i)
+          count += labels.at<int>(j, i) == region.label;
       }
       if (count == 0) continue;
-      const int x0 = grid.image_x(x), x1 = grid.image_x(x + 1), y0 = grid.image_y(y), y1 = grid.image_y(y + 1);
+      const int x0 = grid.image_x(x), x1 = grid.image_x(x + 1), y0 = grid.image_y(y),
+                y1 = grid.image_y(y + 1);
       if (count == around.area()) {
         for (int v = y0; v < y1; ++v) mask.set_run(v, x0, x1);
         continue;

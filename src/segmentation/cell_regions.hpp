@@ -17,9 +17,9 @@ struct CellRegion {
   cv::Rect box;   ///< cells
 };
 
-/// Splits the cells that are on (CV_8UC1, not 0) into pieces. Neighbours belong together where the conductance
-/// between them is at least min_conductance, so that two movers one behind the other are two. labels: CV_32SC1,
-/// 0 where off.
+/// Splits the cells that are on (CV_8UC1, not 0) into pieces. Neighbours belong together where the
+/// conductance between them is at least min_conductance, so that two movers one behind the other are two.
+/// labels: CV_32SC1, 0 where off.
 [[nodiscard]] std::vector<CellRegion> connected_regions(const cv::Mat& on, const Conductance& conductance,
                                                         double min_conductance, cv::Mat& labels);
 

@@ -10,9 +10,9 @@ struct Conductance {
   cv::Mat to_below;  ///< between (x, y) and (x, y + 1); the last row is not used
 };
 
-/// Smooths an image (CV_32FC with any number of channels) along surfaces, in place: each pass is a first order
-/// recursive filter to the right, left, down and up whose memory is the conductance (Gastal and Oliveira,
-/// "Domain transform for edge-aware image and video processing", ACM TOG 2011, section 4.4).
+/// Smooths an image (CV_32FC with any number of channels) along surfaces, in place: each pass is a first
+/// order recursive filter to the right, left, down and up whose memory is the conductance (Gastal and
+/// Oliveira, "Domain transform for edge-aware image and video processing", ACM TOG 2011, section 4.4).
 void filter_along_surfaces(cv::Mat& image, const Conductance& conductance, int passes);
 
 }  // namespace ipl_slam

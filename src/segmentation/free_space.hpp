@@ -52,8 +52,8 @@ class FreeSpaceView {
 };
 
 /// Remembers what was seen lately. What stands where an earlier frame saw free space has moved there since,
-/// wherever the camera is now; a mere difference of depth would mistake a background that becomes visible for a
-/// mover.
+/// wherever the camera is now; a mere difference of depth would mistake a background that becomes visible for
+/// a mover.
 class FreeSpaceMemory {
  public:
   /// Refers to the grid, which must outlive it.

@@ -73,8 +73,8 @@ std::vector<Instance> GeometricSegmenter::instances(const cv::Mat& belief, const
                                                     cv::Mat& moving) const {
   cv::Mat labels;
   std::vector<Instance> found;
-  for (const CellRegion& region : connected_regions(belief > options_.threshold, conductance,
-                                                    options_.min_conductance, labels)) {
+  for (const CellRegion& region :
+       connected_regions(belief > options_.threshold, conductance, options_.min_conductance, labels)) {
     if (region.area < options_.min_area * grid_.size().area()) continue;
     const cv::Mat cells = labels == region.label;
     moving |= cells;

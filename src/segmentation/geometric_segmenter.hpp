@@ -15,10 +15,10 @@
 namespace ipl_slam {
 
 struct GeometricOptions {
-  int grid_width = 160;             ///< cells per row of the working grid
-  double threshold = 0.0;           ///< belief above which a cell counts as moving
-  double min_area = 0.003;          ///< smaller regions are dropped, share of the image
-  double min_conductance = 0.15;    ///< cells that pass less on to each other belong to different instances
+  int grid_width = 160;           ///< cells per row of the working grid
+  double threshold = 0.0;         ///< belief above which a cell counts as moving
+  double min_area = 0.003;        ///< smaller regions are dropped, share of the image
+  double min_conductance = 0.15;  ///< cells that pass less on to each other belong to different instances
   CameraMotionOptions camera_motion;
   FreeSpaceOptions free_space;
   MotionBeliefOptions belief;
@@ -44,9 +44,9 @@ class GeometricSegmenter : public Segmenter {
   /// Throws UserError for a camera or options that cannot be.
   explicit GeometricSegmenter(const Camera& camera, const GeometricOptions& options = {});
 
-  /// Instances of class "unknown"; score: mean belief, scaled to 0 to 1. Nothing in the first frames, and while
-  /// the camera's motion is not known. Throws std::invalid_argument for images that are not of the camera's size
-  /// or of another type than RgbdFrame says.
+  /// Instances of class "unknown"; score: mean belief, scaled to 0 to 1. Nothing in the first frames, and
+  /// while the camera's motion is not known. Throws std::invalid_argument for images that are not of the
+  /// camera's size or of another type than RgbdFrame says.
   [[nodiscard]] std::vector<Instance> segment(const RgbdFrame& frame) override;
   [[nodiscard]] std::string name() const override { return "geometric"; }
 

@@ -14,10 +14,10 @@ constexpr float kFarInverseDepth = 0.5F;
 
 // Between a cell with depth and one without the filter passes this share at most: depth is missing at edges
 // more often than elsewhere.
-constexpr float kToMissingDepth = 0.7F;
+constexpr float kToMissingDepth = 0.5F;
 
-// Cells of two frames whose depth differs by more than this share show different things. Wider than the noise:
-// what moves also moves in depth between the frames.
+// Cells of two frames whose depth differs by more than this share show different things. Wider than the
+// noise: what moves also moves in depth between the frames.
 constexpr float kSameSurface = 0.15F;
 
 float conductance_between(float inverse_a, float inverse_b, int grey_a, int grey_b, float base,
@@ -93,6 +93,7 @@ cv::Mat MotionBelief::averaged(const FreeSpaceEvidence& evidence, int min_free, 
   const auto* taken = evidence.taken.ptr<std::uint8_t>();
   const auto* before = prior.ptr<float>();
   auto* sum = sums.ptr<cv::Vec2f>();
+  const auto full_taken = static_cast<float>(options_.full_taken);
   const auto taken_weight = static_cast<float>(options_.taken_weight);
   const auto memory_weight = static_cast<float>(options_.memory_weight);
   const auto bias = static_cast<float>(options_.bias);
@@ -103,8 +104,9 @@ cv::Mat MotionBelief::averaged(const FreeSpaceEvidence& evidence, int min_free, 
       value += 1.0F;
       weight += 1.0F;
     } else if (taken[i] > 0) {
-      value -= taken_weight;
-      weight += taken_weight;
+      const float agreed = taken_weight * std::min(1.0F, static_cast<float>(taken[i]) / full_taken);
+      value -= agreed;
+      weight += agreed;
     }
     sum[i] = {value, weight};
   }

@@ -13,16 +13,18 @@
 namespace ipl_slam {
 
 struct MotionBeliefOptions {
-  int min_free = 2;             ///< earlier frames that must have seen past a cell
-  double free_share = 0.25;     ///< and their share of those that say anything
-  double taken_weight = 0.3;    ///< of a cell that stands where earlier frames saw a surface; of one that entered free space: 1
-  double hindsight = 0.15;      ///< how much later it is judged what has left its place, s
-  double memory_weight = 0.5;   ///< of what was believed in the last frame
-  double bias = 0.1;            ///< weight of believing, without any evidence, that a cell is static
-  double reach = 12.0;          ///< how far evidence spreads along a surface, cells
-  double depth_step = 0.01;     ///< relative step of depth between cells that is still one surface
-  double grey_step = 30.0;      ///< step of grey value that weakens the spreading by the factor e
-  int passes = 2;               ///< of the filter that spreads evidence
+  int min_free = 2;          ///< earlier frames that must have seen past a cell
+  double free_share = 0.25;  ///< and their share of those that say anything
+  double taken_weight =
+      1.0;  ///< of a cell that stands where earlier frames saw a surface; of one that entered free space: 1
+  int full_taken = 16;         ///< earlier frames that must have seen a surface there for all of that weight
+  double hindsight = 0.15;     ///< how much later it is judged what has left its place, s
+  double memory_weight = 0.5;  ///< of what was believed in the last frame
+  double bias = 0.1;           ///< weight of believing, without any evidence, that a cell is static
+  double reach = 12.0;         ///< how far evidence spreads along a surface, cells
+  double depth_step = 0.01;    ///< relative step of depth between cells that is still one surface
+  double grey_step = 12.0;     ///< step of grey value that weakens the spreading by the factor e
+  int passes = 2;              ///< of the filter that spreads evidence
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -31,8 +33,11 @@ struct MotionBeliefOptions {
              {0.0, 1.0, "", "and their share of the earlier frames that say anything about it"});
     v.number("taken_weight", taken_weight,
              {0.0, 10.0, "", "weight of a cell where earlier frames saw a surface; of one in free space: 1"});
+    v.number("full_taken", full_taken,
+             {1, 250, "count", "earlier frames that must have seen a surface there for all of that weight"});
     v.number("hindsight", hindsight, {0.0, 10.0, "s", "how much later it is judged what has left its place"});
-    v.number("memory_weight", memory_weight, {0.0, 10.0, "", "weight of what was believed in the last frame"});
+    v.number("memory_weight", memory_weight,
+             {0.0, 10.0, "", "weight of what was believed in the last frame"});
     v.number("bias", bias, {0.0, 10.0, "", "weight of believing without evidence that a cell is static"});
     v.number("reach", reach, {1.0, 1000.0, "cells", "how far evidence spreads along a surface"});
     v.number("depth_step", depth_step,
@@ -43,8 +48,8 @@ struct MotionBeliefOptions {
   }
 };
 
-/// How easily evidence passes between neighbouring cells: well within a smooth surface, hardly over an edge of
-/// depth, and where depth is missing as the grey values say.
+/// How easily evidence passes between neighbouring cells: well within a smooth surface, hardly over an edge
+/// of depth, and where depth is missing as the grey values say.
 [[nodiscard]] Conductance surface_conductance(const GridFrame& frame, const MotionBeliefOptions& options);
 
 /// For every cell how sure it is that it moves or has moved lately, -1 (static) to 1, CV_32FC1. What is known

@@ -30,9 +30,9 @@ struct CellSum {
 
 WorkingGrid::WorkingGrid(const Camera& camera, int width) : image_size_(camera.width, camera.height) {
   size_.width = std::min(width, camera.width);
-  size_.height = std::clamp(static_cast<int>(std::lround(static_cast<double>(size_.width) * camera.height /
-                                                         camera.width)),
-                            1, camera.height);
+  size_.height = std::clamp(
+      static_cast<int>(std::lround(static_cast<double>(size_.width) * camera.height / camera.width)), 1,
+      camera.height);
   for (int y = 0; y < size_.height; ++y) {
     for (int x = 0; x < size_.width; ++x) {
       const Eigen::Vector2d middle{(image_x(x) + image_x(x + 1) - 1) / 2.0,
@@ -52,8 +52,8 @@ WorkingGrid::WorkingGrid(const Camera& camera, int width) : image_size_(camera.w
 void WorkingGrid::fill_table(const Camera& camera) {
   const auto [low_x, high_x] = std::minmax_element(ray_x_.begin(), ray_x_.end());
   const auto [low_y, high_y] = std::minmax_element(ray_y_.begin(), ray_y_.end());
-  const float cell = static_cast<float>(image_size_.width) / static_cast<float>(size_.width) /
-                     static_cast<float>(camera.fx);
+  const float cell =
+      static_cast<float>(image_size_.width) / static_cast<float>(size_.width) / static_cast<float>(camera.fx);
   entries_per_unit_ = kTableEntriesPerCell / cell;
   first_x_ = *low_x - cell / 2;
   first_y_ = *low_y - cell / 2;
