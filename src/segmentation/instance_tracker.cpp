@@ -185,7 +185,7 @@ bool InstanceTracker::shows_part(const Track& track, const Candidate& candidate)
 }
 
 double InstanceTracker::resemblance(const Track& track, const Candidate& candidate) const {
-  constexpr double kRoom = 0.5;  // m; the middle of what is seen of somebody moves even if he stays
+  constexpr double kRoom = 1.0;  // m; half a body: the middle of what is seen of somebody who stays moves so far
   if (!same_class(track.class_name(), candidate.instance.class_name)) return 0.0;
   const double similarity = track.appearance.similarity(candidate.appearance);
   if (similarity < options_.min_similarity) return 0.0;

@@ -75,7 +75,7 @@ class Carry {
     carried.mask = BitMask(mask_.size());
     if (box_.empty()) return carried;
     const std::vector<cv::Point2f> points = choose_points();
-    const cv::Point shift = coarse_shift();
+    const cv::Point shift = coarse_shift(camera_shift(T_to_from));
     std::vector<PointMove> moves = follow(points, shift);
     carried.followed = static_cast<int>(moves.size()) >= options_.min_points;
     carried.support =
@@ -83,7 +83,7 @@ class Carry {
     if (carried.followed) {
       follow_depth(moves);
     } else {
-      moves = moves_of_all(shift, T_to_from);
+      moves = moves_of_all(shift);
     }
     if (moves.empty()) return carried;
     const MotionField field(moves, mask_.size(), options_.reach);
@@ -99,11 +99,12 @@ class Carry {
   }
   [[nodiscard]] bool may_be_instance(int raw) const { return raw == 0 || !range_.known() || range_.holds(raw); }
 
-  cv::Point coarse_shift() const;
+  cv::Point camera_shift(const SE3* T_to_from) const;
+  cv::Point coarse_shift(cv::Point expected) const;
   std::vector<cv::Point2f> choose_points() const;
   std::vector<PointMove> follow(const std::vector<cv::Point2f>& points, cv::Point shift) const;
   void follow_depth(const std::vector<PointMove>& moves);
-  std::vector<PointMove> moves_of_all(cv::Point shift, const SE3* T_to_from) const;
+  std::vector<PointMove> moves_of_all(cv::Point shift) const;
   void warp(const MotionField& field, CarriedMask& carried) const;
   void grow(const MotionField& field, BitMask& mask) const;
 
@@ -116,15 +117,28 @@ class Carry {
   DepthRange range_, new_range_;
 };
 
+// The shift of the coarse image, in its pixels, by which an instance moves that stands still in the world.
+cv::Point Carry::camera_shift(const SE3* T_to_from) const {
+  constexpr double kNearest = 0.1;  // m; what lies nearer to the new camera, or behind it, is out of view
+  if (T_to_from == nullptr || !range_.known()) return {0, 0};
+  const Eigen::Vector2d before(box_.x + 0.5 * box_.width, box_.y + 0.5 * box_.height);
+  const Eigen::Vector3d point =
+      *T_to_from * camera_.unproject(camera_.undistort(before), range_.centre / camera_.depth_scale);
+  if (point.z() < kNearest) return {0, 0};
+  const Eigen::Vector2d shift = (camera_.distort(camera_.project(point)) - before) / kCoarse;
+  if (!(shift.norm() < mask_.size().width / kCoarse)) return {0, 0};
+  return {static_cast<int>(std::lround(shift.x())), static_cast<int>(std::lround(shift.y()))};
+}
+
 // The shift of the coarse image, in its pixels, at which grey and depth of the mask's pixels fit best.
-cv::Point Carry::coarse_shift() const {
+cv::Point Carry::coarse_shift(cv::Point expected) const {
   struct Sample {
     int x, y, grey, raw;
   };
   constexpr int kGreyLimit = 40;       // a larger difference is just as wrong
   constexpr int kDepthWeight = 60;     // of a depth that is the instance's no more: above any grey difference
   constexpr float kFewest = 0.4F;      // share of the samples that must stay in the image
-  constexpr float kShiftPenalty = 0.3F;  // grey values per coarse pixel: no shift without a reason
+  constexpr float kShiftPenalty = 0.3F;  // grey values per coarse pixel off what is expected: only with a reason
   const cv::Mat &grey = from_.pyramid[2 * kCoarseLevel], &new_grey = to_.pyramid[2 * kCoarseLevel];
   std::vector<Sample> samples;
   for (int y = box_.y / kCoarse; y * kCoarse < box_.br().y && y < grey.rows; ++y) {
@@ -147,11 +161,11 @@ cv::Point Carry::coarse_shift() const {
     }
     if (static_cast<float>(count) < kFewest * static_cast<float>(samples.size())) return std::numeric_limits<float>::infinity();
     return static_cast<float>(sum) / static_cast<float>(std::max(count, 1)) +
-           kShiftPenalty * std::hypot(static_cast<float>(dx), static_cast<float>(dy));
+           kShiftPenalty * static_cast<float>(std::hypot(dx - expected.x, dy - expected.y));
   };
   const int reach = static_cast<int>(options_.max_shift * mask_.size().width) / kCoarse;
-  cv::Point best;
-  float least = cost(0, 0);
+  cv::Point best = expected;
+  float least = cost(expected.x, expected.y);
   const auto consider = [&](int dx, int dy) {
     const float c = cost(dx, dy);
     if (c < least) {
@@ -160,7 +174,7 @@ cv::Point Carry::coarse_shift() const {
     }
   };
   for (int dy = -reach / 2; dy <= reach / 2; dy += 2) {
-    for (int dx = -reach; dx <= reach; dx += 2) consider(dx, dy);
+    for (int dx = -reach; dx <= reach; dx += 2) consider(expected.x + dx, expected.y + dy);
   }
   const cv::Point around = best;
   for (int dy = -1; dy <= 1; ++dy) {
@@ -237,30 +251,10 @@ void Carry::follow_depth(const std::vector<PointMove>& moves) {
   if (static_cast<int>(changes.size()) >= options_.min_points) new_range_.centre += median(changes);
 }
 
-// Some pixels of the mask as points that stand still in the world; without the camera's motion or depth the
-// coarse shift has to do.
-std::vector<PointMove> Carry::moves_of_all(cv::Point shift, const SE3* T_to_from) const {
-  constexpr int kStep = 8;
-  constexpr double kNearest = 0.1;  // m; what lies nearer to the new camera, or behind it, is out of view
-  std::vector<PointMove> moves;
-  for (int y = box_.y; y < box_.br().y; y += kStep) {
-    for (int x = box_.x; x < box_.br().x; x += kStep) {
-      if (!mask_.test(x, y)) continue;
-      const cv::Point2f pixel(static_cast<float>(x), static_cast<float>(y));
-      if (T_to_from == nullptr || !range_.known()) {
-        moves.push_back({pixel, pixel + cv::Point2f(shift * kCoarse)});
-        continue;
-      }
-      const int measured = depth_at(from_.depth, x, y);
-      const int raw = range_.holds(measured) ? measured : range_.centre;
-      const Eigen::Vector3d point =
-          *T_to_from * camera_.unproject(camera_.undistort({x, y}), raw / camera_.depth_scale);
-      if (point.z() < kNearest) continue;
-      const Eigen::Vector2f uv = camera_.distort(camera_.project(point)).cast<float>();
-      moves.push_back({pixel, {uv.x(), uv.y()}});
-    }
-  }
-  return moves;
+// Where nothing can be followed, the mask moves as a whole.
+std::vector<PointMove> Carry::moves_of_all(cv::Point shift) const {
+  const cv::Point2f centre = 0.5F * cv::Point2f(box_.tl() + box_.br());
+  return {{centre, centre + cv::Point2f(shift * kCoarse)}};
 }
 
 void Carry::warp(const MotionField& field, CarriedMask& carried) const {

@@ -54,7 +54,7 @@ struct CarryView {
 /// A mask as it lies in another frame.
 struct CarriedMask {
   BitMask mask;
-  bool followed = false;   ///< enough points were found again; otherwise it moved with the camera alone
+  bool followed = false;   ///< enough points were found again; otherwise it moved by the coarse shift alone
   double support = 0.0;    ///< share of its points that were found again, 0 to 1
   double depth_fit = 1.0;  ///< share of the moved mask's pixels that still have the instance's depth, 0 to 1
 };
@@ -76,8 +76,8 @@ class MaskCarrier {
   [[nodiscard]] CarryView view(const RgbdFrame& frame) const;
 
   /// The masks of `from` as they lie in `to`, in the same order. T_to_from: the camera's motion (maps points
-  /// of the camera frame of `from` into that of `to`), or null where it is not known; by it, and by depth,
-  /// moves a mask whose points cannot be found again.
+  /// of the camera frame of `from` into that of `to`), or null where it is not known; what stands still is
+  /// then looked for where it must be.
   [[nodiscard]] std::vector<CarriedMask> carry(const CarryView& from,
                                                const std::vector<const BitMask*>& masks, const CarryView& to,
                                                const SE3* T_to_from = nullptr) const;
