@@ -97,7 +97,9 @@ class Carry {
     return p.x >= 0.0F && p.y >= 0.0F && p.x <= static_cast<float>(mask_.size().width - 1) &&
            p.y <= static_cast<float>(mask_.size().height - 1);
   }
-  [[nodiscard]] bool may_be_instance(int raw) const { return raw == 0 || !range_.known() || range_.holds(raw); }
+  [[nodiscard]] bool may_be_instance(int raw) const {
+    return raw == 0 || !range_.known() || range_.holds(raw);
+  }
 
   cv::Point camera_shift(const SE3* T_to_from) const;
   cv::Point coarse_shift(cv::Point expected) const;
@@ -135,10 +137,11 @@ cv::Point Carry::coarse_shift(cv::Point expected) const {
   struct Sample {
     int x, y, grey, raw;
   };
-  constexpr int kGreyLimit = 40;       // a larger difference is just as wrong
-  constexpr int kDepthWeight = 60;     // of a depth that is the instance's no more: above any grey difference
-  constexpr float kFewest = 0.4F;      // share of the samples that must stay in the image
-  constexpr float kShiftPenalty = 0.3F;  // grey values per coarse pixel off what is expected: only with a reason
+  constexpr int kGreyLimit = 40;    // a larger difference is just as wrong
+  constexpr int kDepthWeight = 60;  // of a depth that is the instance's no more: above any grey difference
+  constexpr float kFewest = 0.4F;   // share of the samples that must stay in the image
+  constexpr float kShiftPenalty =
+      0.3F;  // grey values per coarse pixel off what is expected: only with a reason
   const cv::Mat &grey = from_.pyramid[2 * kCoarseLevel], &new_grey = to_.pyramid[2 * kCoarseLevel];
   std::vector<Sample> samples;
   for (int y = box_.y / kCoarse; y * kCoarse < box_.br().y && y < grey.rows; ++y) {
@@ -148,6 +151,12 @@ cv::Point Carry::coarse_shift(cv::Point expected) const {
       const int raw = depth_at(from_.coarse_depth, x, y);
       if (may_be_instance(raw)) samples.push_back({x, y, grey.at<std::uint8_t>(y, x), raw});
     }
+  }
+  constexpr std::size_t kSamples = 200;  // more do not change the choice
+  if (const std::size_t step = samples.size() / kSamples + 1; step > 1) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < samples.size(); i += step) samples[kept++] = samples[i];
+    samples.resize(kept);
   }
   const auto cost = [&](int dx, int dy) {
     int sum = 0, count = 0;
@@ -159,7 +168,8 @@ cv::Point Carry::coarse_shift(cv::Point expected) const {
       const int raw = depth_at(to_.coarse_depth, x, y);
       if (s.raw > 0 && raw > 0 && std::abs(raw - s.raw) > 2 * slack_) sum += kDepthWeight;
     }
-    if (static_cast<float>(count) < kFewest * static_cast<float>(samples.size())) return std::numeric_limits<float>::infinity();
+    if (static_cast<float>(count) < kFewest * static_cast<float>(samples.size()))
+      return std::numeric_limits<float>::infinity();
     return static_cast<float>(sum) / static_cast<float>(std::max(count, 1)) +
            kShiftPenalty * static_cast<float>(std::hypot(dx - expected.x, dy - expected.y));
   };
@@ -191,9 +201,10 @@ std::vector<cv::Point2f> Carry::choose_points() const {
   constexpr int kFinestCell = 4;  // halved pixels; nearer points say the same
   const int cell = std::max(kFinestCell, static_cast<int>(std::sqrt(mask_.area() / (4.0 * options_.points))));
   const auto inside = [&](int u, int v) {
-    return u >= kMargin && v >= kMargin && u + kMargin < mask_.size().width && v + kMargin < mask_.size().height &&
-           mask_.test(u - kMargin, v) && mask_.test(u + kMargin, v) && mask_.test(u, v - kMargin) &&
-           mask_.test(u, v + kMargin) && may_be_instance(depth_at(from_.depth, u, v));
+    return u >= kMargin && v >= kMargin && u + kMargin < mask_.size().width &&
+           v + kMargin < mask_.size().height && mask_.test(u - kMargin, v) && mask_.test(u + kMargin, v) &&
+           mask_.test(u, v - kMargin) && mask_.test(u, v + kMargin) &&
+           may_be_instance(depth_at(from_.depth, u, v));
   };
   const cv::Point end(std::min(box_.br().x / 2, gradients.cols), std::min(box_.br().y / 2, gradients.rows));
   std::vector<cv::Point2f> points;
@@ -225,10 +236,10 @@ std::vector<PointMove> Carry::follow(const std::vector<cv::Point2f>& points, cv:
   std::vector<cv::Point2f> there, back = points;
   for (const cv::Point2f& p : points) there.push_back(p + cv::Point2f(shift * (kCoarse / 2)));
   std::vector<std::uint8_t> found_there, found_back;
-  cv::calcOpticalFlowPyrLK(from_.pyramid, to_.pyramid, points, there, found_there, cv::noArray(), window, kLevels,
-                           stop, cv::OPTFLOW_USE_INITIAL_FLOW);
-  cv::calcOpticalFlowPyrLK(to_.pyramid, from_.pyramid, there, back, found_back, cv::noArray(), window, kLevels,
-                           stop, cv::OPTFLOW_USE_INITIAL_FLOW);
+  cv::calcOpticalFlowPyrLK(from_.pyramid, to_.pyramid, points, there, found_there, cv::noArray(), window,
+                           kLevels, stop, cv::OPTFLOW_USE_INITIAL_FLOW);
+  cv::calcOpticalFlowPyrLK(to_.pyramid, from_.pyramid, there, back, found_back, cv::noArray(), window,
+                           kLevels, stop, cv::OPTFLOW_USE_INITIAL_FLOW);
   const auto in_full = [](cv::Point2f p) { return cv::Point2f(2.0F * p.x + 0.5F, 2.0F * p.y + 0.5F); };
   std::vector<PointMove> moves;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -350,7 +361,8 @@ CarryView MaskCarrier::view(const RgbdFrame& frame) const {
 std::vector<CarriedMask> MaskCarrier::carry(const CarryView& from, const std::vector<const BitMask*>& masks,
                                             const CarryView& to, const SE3* T_to_from) const {
   std::vector<CarriedMask> carried;
-  for (const BitMask* mask : masks) carried.push_back(Carry(camera_, options_, from, to, *mask).run(T_to_from));
+  for (const BitMask* mask : masks)
+    carried.push_back(Carry(camera_, options_, from, to, *mask).run(T_to_from));
   return carried;
 }
 

@@ -15,14 +15,14 @@ namespace ipl_slam {
 
 /// How masks are carried along. Pixels are those of the full image unless said otherwise.
 struct MaskCarrierOptions {
-  int points = 40;               ///< tracked in every mask
-  int window = 11;               ///< side of the patch around a point, pixels of the halved image
-  double max_round_trip = 1.0;   ///< forth and back, a point must return this near to its start, pixels
-  int min_points = 6;            ///< fewer cannot tell a motion from noise
-  double reach = 24.0;           ///< around a point its own motion counts, pixels
-  double max_shift = 0.25;       ///< by which an instance can have moved, share of the image's width
-  double depth_slack = 0.15;     ///< between two frames depth of the same surface changes less, m
-  int growth = 24;               ///< how far a mask may grow into what came into view, pixels
+  int points = 40;              ///< tracked in every mask
+  int window = 11;              ///< side of the patch around a point, pixels of the halved image
+  double max_round_trip = 1.0;  ///< forth and back, a point must return this near to its start, pixels
+  int min_points = 6;           ///< fewer cannot tell a motion from noise
+  double reach = 24.0;          ///< around a point its own motion counts, pixels
+  double max_shift = 0.25;      ///< by which an instance can have moved, share of the image's width
+  double depth_slack = 0.15;    ///< between two frames depth of the same surface changes less, m
+  int growth = 24;              ///< how far a mask may grow into what came into view, pixels
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -24,8 +24,10 @@ inline cv::Mat pattern(std::uint64_t seed, cv::Size size, const cv::Scalar& colo
     const cv::Point at(static_cast<int>(random.index(static_cast<std::uint64_t>(size.width))),
                        static_cast<int>(random.index(static_cast<std::uint64_t>(size.height))));
     const double light = random.uniform(-45.0, 45.0);
-    cv::rectangle(picture, at, at + cv::Point(3 + static_cast<int>(random.index(6)), 3 + static_cast<int>(random.index(6))),
-                  color + cv::Scalar(light, light, light), cv::FILLED);
+    cv::rectangle(
+        picture, at,
+        at + cv::Point(3 + static_cast<int>(random.index(6)), 3 + static_cast<int>(random.index(6))),
+        color + cv::Scalar(light, light, light), cv::FILLED);
   }
   return picture;
 }

@@ -1,6 +1,5 @@
 #include "segmentation/instance_tracker.hpp"
 
-#include <set>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -25,11 +24,13 @@ class TrackerTest : public ::testing::Test {
     std::vector<Instance> found;
     for (std::size_t i = 0; i < figures.size(); ++i) {
       // A segmenter does not find a sliver.
-      if (static_cast<int>(i) != left_out && frame_.instances[i].mask.area() > 300) found.push_back(frame_.instances[i]);
+      if (static_cast<int>(i) != left_out && frame_.instances[i].mask.area() > 300)
+        found.push_back(frame_.instances[i]);
     }
     return tracker_.update(tracker_.view(frame_.rgbd), found);
   }
-  std::vector<TrackedInstance> see_with(const std::vector<Figure>& figures, const std::vector<Instance>& found) {
+  std::vector<TrackedInstance> see_with(const std::vector<Figure>& figures,
+                                        const std::vector<Instance>& found) {
     frame_ = draw(index_++, figures);
     return tracker_.update(tracker_.view(frame_.rgbd), found);
   }
@@ -200,6 +201,16 @@ TEST_F(TrackerTest, TwoPeopleInOneDetectionStayTwo) {
     EXPECT_EQ(tracked[i].id.value, i);
     EXPECT_GT(iou(tracked[i].instance.mask, frame_.instances[i].mask), 0.85);
   }
+}
+
+TEST_F(TrackerTest, TheRimOfACoveredDetectionIsNobody) {
+  Instance rim = draw(0, {kRed}).instances[0];
+  rim.score = 0.4F;
+  for (int y = rim.box.y; y < rim.box.br().y; ++y) {
+    for (int x = rim.box.x + 1; x < 320; ++x) rim.mask.row(y)[x / 64] &= ~(std::uint64_t{1} << (x % 64));
+  }
+  rim.mask.set(rim.box.br().x - 1, rim.box.br().y - 1);
+  EXPECT_EQ(see_with({kRed}, {draw(0, {kRed}).instances[0], rim}).size(), 1u);
 }
 
 TEST_F(TrackerTest, ACopyGoesItsOwnWay) {

@@ -15,8 +15,7 @@ using test::Figure;
 
 CarriedMask carry_first(const DrawnFrame& from, const DrawnFrame& to, const SE3* T_to_from = nullptr) {
   const MaskCarrier carrier(test::drawn_camera());
-  return carrier
-      .carry(carrier.view(from.rgbd), {&from.instances[0].mask}, carrier.view(to.rgbd), T_to_from)
+  return carrier.carry(carrier.view(from.rgbd), {&from.instances[0].mask}, carrier.view(to.rgbd), T_to_from)
       .front();
 }
 
@@ -40,7 +39,8 @@ TEST(MaskCarrier, DoesNotTakeAPanForAMotionOfItsOwn) {
   const DrawnFrame from = draw(0, {{.centre = {160, 120}}}, 0), to = draw(1, {{.centre = {160, 120}}}, 20);
   EXPECT_GT(iou(carry_first(from, to).mask, to.instances[0].mask), kGood) << "the figure stayed in the image";
   const DrawnFrame both = draw(1, {{.centre = {140, 120}}}, 20);
-  EXPECT_GT(iou(carry_first(from, both).mask, both.instances[0].mask), kGood) << "the figure went with the wall";
+  EXPECT_GT(iou(carry_first(from, both).mask, both.instances[0].mask), kGood)
+      << "the figure went with the wall";
 }
 
 TEST(MaskCarrier, FollowsWhoComesNearer) {

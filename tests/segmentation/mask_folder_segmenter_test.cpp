@@ -12,11 +12,11 @@
 namespace ipl_slam {
 namespace {
 
+using ::testing::AllOf;
 using testing::content_of;
+using ::testing::HasSubstr;
 using testing::message_of;
 using testing::TemporaryFolder;
-using ::testing::AllOf;
-using ::testing::HasSubstr;
 
 constexpr int kWidth = 40, kHeight = 30;
 
@@ -157,7 +157,9 @@ TEST(MaskFolder, LeavesOutSpeckles) {
 }
 
 TEST(MaskFolder, RefusesAFolderThatCannotBeMeant) {
-  EXPECT_THAT(message_of<UserError>([] { MaskFolderSegmenter({.folder = "/no/such"}, {kWidth, kHeight}); }),
+  EXPECT_THAT(message_of<UserError>([] {
+                MaskFolderSegmenter({.folder = "/no/such"}, {kWidth, kHeight});
+              }),
               HasSubstr("'/no/such' is no folder"));
   const TemporaryFolder empty;
   EXPECT_THAT(refusal(empty), HasSubstr("holds no masks"));
