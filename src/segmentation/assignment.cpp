@@ -60,7 +60,8 @@ std::vector<int> assign(const Eigen::MatrixXd& costs) {
   if (costs.rows() <= costs.cols()) return assign_all_rows(costs);
   std::vector<int> column_of(static_cast<std::size_t>(costs.rows()), kNone);
   const std::vector<int> row_of = assign_all_rows(costs.transpose());
-  for (std::size_t j = 0; j < row_of.size(); ++j) column_of[static_cast<std::size_t>(row_of[j])] = static_cast<int>(j);
+  for (std::size_t j = 0; j < row_of.size(); ++j)
+    column_of[static_cast<std::size_t>(row_of[j])] = static_cast<int>(j);
   return column_of;
 }
 

@@ -99,15 +99,19 @@ void InstanceTracker::advance(const CarryView& view, const SE3* T_to_from) {
       if (const Eigen::Vector3d place = place_of(view, track.mask); place.z() > 0.0) track.place = place;
     }
   }
-  std::erase_if(tracks_, [&](const Track& track) { return track.frames_carried > options_.max_out_of_sight; });
+  std::erase_if(tracks_,
+                [&](const Track& track) { return track.frames_carried > options_.max_out_of_sight; });
   view_ = view;
 }
 
-// Best score first, without objects that were found twice.
+// Best score first, without objects that were found twice and without rims: in a label image nothing else is
+// left of a detection that another one covers.
 std::vector<Instance> InstanceTracker::without_duplicates(const std::vector<Instance>& detections) const {
+  constexpr double kLeastFill = 0.02;  // of the bounding box; no object is that thin
   std::vector<const Instance*> by_score;
   for (const Instance& detection : detections) {
-    if (!detection.mask.none()) by_score.push_back(&detection);
+    const int area = detection.mask.area();
+    if (area > 0 && area >= kLeastFill * detection.mask.bounding_box().area()) by_score.push_back(&detection);
   }
   std::stable_sort(by_score.begin(), by_score.end(),
                    [](const Instance* a, const Instance* b) { return a->score > b->score; });
@@ -185,7 +189,8 @@ bool InstanceTracker::shows_part(const Track& track, const Candidate& candidate)
 }
 
 double InstanceTracker::resemblance(const Track& track, const Candidate& candidate) const {
-  constexpr double kRoom = 0.5;  // m; the middle of what is seen of somebody moves even if he stays
+  constexpr double kRoom =
+      1.0;  // m; half a body: the middle of what is seen of somebody who stays moves so far
   if (!same_class(track.class_name(), candidate.instance.class_name)) return 0.0;
   const double similarity = track.appearance.similarity(candidate.appearance);
   if (similarity < options_.min_similarity) return 0.0;
@@ -231,7 +236,8 @@ void InstanceTracker::part_bodies(std::vector<Candidate>& candidates) {
       if (static_cast<int>(i) == candidate.track || !other.in_sight() || brought.size().empty()) continue;
       if (!same_class(other.class_name(), candidate.instance.class_name)) continue;
       BitMask claimed = own[i] != nullptr ? *own[i] : other.mask;
-      if (intersection_area(claimed, candidate.instance.mask) < options_.part_inside * claimed.area()) continue;
+      if (intersection_area(claimed, candidate.instance.mask) < options_.part_inside * claimed.area())
+        continue;
       other.hidden = own[i] == nullptr;
       claimed -= brought;
       mask -= claimed;
@@ -245,7 +251,8 @@ void InstanceTracker::confirm(Track& track, const Candidate& candidate) {
   constexpr float kAppearanceRate = 0.1F;  // a look is learnt over about ten sightings
   track.votes[candidate.instance.class_name] += candidate.instance.score;
   track.score = candidate.instance.score;
-  if (track.in_sight() && iou(track.mask, candidate.instance.mask) < options_.min_overlap && shows_part(track, candidate)) {
+  if (track.in_sight() && iou(track.mask, candidate.instance.mask) < options_.min_overlap &&
+      shows_part(track, candidate)) {
     track.mask |= candidate.instance.mask;  // the rest is there by its depth
   } else {
     track.mask = candidate.instance.mask;
@@ -266,7 +273,8 @@ void InstanceTracker::miss(Track& track, const std::vector<Candidate>& candidate
     track.mask -= candidate.instance.mask;
   }
   if (!track.hidden) ++track.misses;
-  if (track.in_sight() && (track.misses > track.detections || track.mask.area() < options_.min_area * track.seen_area)) {
+  if (track.in_sight() &&
+      (track.misses > track.detections || track.mask.area() < options_.min_area * track.seen_area)) {
     track.mask = BitMask();
   }
 }

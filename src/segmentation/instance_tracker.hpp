@@ -16,19 +16,19 @@ namespace ipl_slam {
 
 /// When a detection is taken for an instance seen before, and how long that one is remembered.
 struct InstanceTrackerOptions {
-  double min_overlap = 0.2;      ///< IoU of carried mask and detection from which on they can be one
-  double other_class = 0.5;      ///< what overlap counts if the class is another one
-  double duplicate_iou = 0.6;    ///< IoU of two detections from which on they are one object
-  double part_inside = 0.6;      ///< share of a mask inside another of its class from which on it is a part of it
-  double body_depth = 0.3;       ///< parts of one body differ less in depth, m
-  double min_similarity = 0.6;   ///< of colours, to be recognised after being out of sight
-  double max_speed = 2.0;        ///< of somebody out of sight, m/s
-  double frame_rate = 30.0;      ///< of the source, for max_speed
-  int max_carried = 30;          ///< a mask is not carried on for longer without being seen, frames
-  int max_out_of_sight = 90;     ///< who is gone for longer is forgotten, frames
-  double min_support = 0.2;      ///< share of a mask's points that must be found again for it to be carried on
-  double min_depth_fit = 0.4;    ///< share of a carried mask that must have the instance's depth
-  double min_area = 0.25;        ///< share of the area last seen below which a carried mask is given up
+  double min_overlap = 0.2;    ///< IoU of carried mask and detection from which on they can be one
+  double other_class = 0.5;    ///< what overlap counts if the class is another one
+  double duplicate_iou = 0.6;  ///< IoU of two detections from which on they are one object
+  double part_inside = 0.6;  ///< share of a mask inside another of its class from which on it is a part of it
+  double body_depth = 0.3;   ///< parts of one body differ less in depth, m
+  double min_similarity = 0.6;  ///< of colours, to be recognised after being out of sight
+  double max_speed = 2.0;       ///< of somebody out of sight, m/s
+  double frame_rate = 30.0;     ///< of the source, for max_speed
+  int max_carried = 30;         ///< a mask is not carried on for longer without being seen, frames
+  int max_out_of_sight = 90;    ///< who is gone for longer is forgotten, frames
+  double min_support = 0.2;     ///< share of a mask's points that must be found again for it to be carried on
+  double min_depth_fit = 0.4;   ///< share of a carried mask that must have the instance's depth
+  double min_area = 0.25;       ///< share of the area last seen below which a carried mask is given up
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -38,8 +38,9 @@ struct InstanceTrackerOptions {
              {0.0, 1.0, "", "factor on the overlap where the class differs (people never become things)"});
     v.number("duplicate_iou", duplicate_iou,
              {0.1, 1.0, "", "IoU of two detections from which on they are one object"});
-    v.number("part_inside", part_inside,
-             {0.1, 1.0, "", "share of a mask inside another of its class from which on it is a part of that"});
+    v.number(
+        "part_inside", part_inside,
+        {0.1, 1.0, "", "share of a mask inside another of its class from which on it is a part of that"});
     v.number("body_depth", body_depth, {0.0, 10.0, "m", "parts of one body differ less in depth"});
     v.number("min_similarity", min_similarity,
              {0.0, 1.0, "", "likeness of colours needed to be recognised after being out of sight"});
@@ -59,9 +60,11 @@ struct InstanceTrackerOptions {
 };
 
 /// Gives instances an identity over frames. The masks of the frame before are carried to the new one
-/// (MaskCarrier) and paired with its detections, best sum of overlaps first (assign). Who is not detected is
-/// carried on while flow and depth support the mask, then remembered out of sight, and recognised there by
-/// colours and place (3-D where there is depth).
+/// (MaskCarrier) and paired with its detections, best sum of overlaps first (assign). One body in two
+/// detections is joined, two bodies in one detection are parted by the masks that were carried. Who is not
+/// detected is carried on while flow and depth support the mask, then remembered out of sight, and recognised
+/// there by colours and place (3-D where there is depth). The class is the one with the largest sum of
+/// scores.
 ///
 /// A tracker is a plain value. Where detections come late, keep one at the last segmented frame: copy it,
 /// carry the copy through the views up to the present, and put it in the place of the one in use.
@@ -110,7 +113,8 @@ class InstanceTracker {
 
   void advance(const CarryView& view, const SE3* T_to_from);
   [[nodiscard]] std::vector<Instance> without_duplicates(const std::vector<Instance>& detections) const;
-  [[nodiscard]] std::vector<Candidate> candidates(const CarryView& view, std::vector<Instance> detections) const;
+  [[nodiscard]] std::vector<Candidate> candidates(const CarryView& view,
+                                                  std::vector<Instance> detections) const;
   void associate(std::vector<Candidate>& candidates, bool in_sight, Score score) const;
   [[nodiscard]] double overlap(const Track& track, const Candidate& candidate) const;
   [[nodiscard]] double resemblance(const Track& track, const Candidate& candidate) const;

@@ -75,7 +75,7 @@ class Carry {
     carried.mask = BitMask(mask_.size());
     if (box_.empty()) return carried;
     const std::vector<cv::Point2f> points = choose_points();
-    const cv::Point shift = coarse_shift();
+    const cv::Point shift = coarse_shift(camera_shift(T_to_from));
     std::vector<PointMove> moves = follow(points, shift);
     carried.followed = static_cast<int>(moves.size()) >= options_.min_points;
     carried.support =
@@ -83,7 +83,7 @@ class Carry {
     if (carried.followed) {
       follow_depth(moves);
     } else {
-      moves = moves_of_all(shift, T_to_from);
+      moves = moves_of_all(shift);
     }
     if (moves.empty()) return carried;
     const MotionField field(moves, mask_.size(), options_.reach);
@@ -97,13 +97,16 @@ class Carry {
     return p.x >= 0.0F && p.y >= 0.0F && p.x <= static_cast<float>(mask_.size().width - 1) &&
            p.y <= static_cast<float>(mask_.size().height - 1);
   }
-  [[nodiscard]] bool may_be_instance(int raw) const { return raw == 0 || !range_.known() || range_.holds(raw); }
+  [[nodiscard]] bool may_be_instance(int raw) const {
+    return raw == 0 || !range_.known() || range_.holds(raw);
+  }
 
-  cv::Point coarse_shift() const;
+  cv::Point camera_shift(const SE3* T_to_from) const;
+  cv::Point coarse_shift(cv::Point expected) const;
   std::vector<cv::Point2f> choose_points() const;
   std::vector<PointMove> follow(const std::vector<cv::Point2f>& points, cv::Point shift) const;
   void follow_depth(const std::vector<PointMove>& moves);
-  std::vector<PointMove> moves_of_all(cv::Point shift, const SE3* T_to_from) const;
+  std::vector<PointMove> moves_of_all(cv::Point shift) const;
   void warp(const MotionField& field, CarriedMask& carried) const;
   void grow(const MotionField& field, BitMask& mask) const;
 
@@ -116,15 +119,29 @@ class Carry {
   DepthRange range_, new_range_;
 };
 
+// The shift of the coarse image, in its pixels, by which an instance moves that stands still in the world.
+cv::Point Carry::camera_shift(const SE3* T_to_from) const {
+  constexpr double kNearest = 0.1;  // m; what lies nearer to the new camera, or behind it, is out of view
+  if (T_to_from == nullptr || !range_.known()) return {0, 0};
+  const Eigen::Vector2d before(box_.x + 0.5 * box_.width, box_.y + 0.5 * box_.height);
+  const Eigen::Vector3d point =
+      *T_to_from * camera_.unproject(camera_.undistort(before), range_.centre / camera_.depth_scale);
+  if (point.z() < kNearest) return {0, 0};
+  const Eigen::Vector2d shift = (camera_.distort(camera_.project(point)) - before) / kCoarse;
+  if (!(shift.norm() < mask_.size().width / kCoarse)) return {0, 0};
+  return {static_cast<int>(std::lround(shift.x())), static_cast<int>(std::lround(shift.y()))};
+}
+
 // The shift of the coarse image, in its pixels, at which grey and depth of the mask's pixels fit best.
-cv::Point Carry::coarse_shift() const {
+cv::Point Carry::coarse_shift(cv::Point expected) const {
   struct Sample {
     int x, y, grey, raw;
   };
-  constexpr int kGreyLimit = 40;       // a larger difference is just as wrong
-  constexpr int kDepthWeight = 60;     // of a depth that is the instance's no more: above any grey difference
-  constexpr float kFewest = 0.4F;      // share of the samples that must stay in the image
-  constexpr float kShiftPenalty = 0.3F;  // grey values per coarse pixel: no shift without a reason
+  constexpr int kGreyLimit = 40;    // a larger difference is just as wrong
+  constexpr int kDepthWeight = 60;  // of a depth that is the instance's no more: above any grey difference
+  constexpr float kFewest = 0.4F;   // share of the samples that must stay in the image
+  constexpr float kShiftPenalty =
+      0.3F;  // grey values per coarse pixel off what is expected: only with a reason
   const cv::Mat &grey = from_.pyramid[2 * kCoarseLevel], &new_grey = to_.pyramid[2 * kCoarseLevel];
   std::vector<Sample> samples;
   for (int y = box_.y / kCoarse; y * kCoarse < box_.br().y && y < grey.rows; ++y) {
@@ -134,6 +151,12 @@ cv::Point Carry::coarse_shift() const {
       const int raw = depth_at(from_.coarse_depth, x, y);
       if (may_be_instance(raw)) samples.push_back({x, y, grey.at<std::uint8_t>(y, x), raw});
     }
+  }
+  constexpr std::size_t kSamples = 200;  // more do not change the choice
+  if (const std::size_t step = samples.size() / kSamples + 1; step > 1) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < samples.size(); i += step) samples[kept++] = samples[i];
+    samples.resize(kept);
   }
   const auto cost = [&](int dx, int dy) {
     int sum = 0, count = 0;
@@ -145,13 +168,14 @@ cv::Point Carry::coarse_shift() const {
       const int raw = depth_at(to_.coarse_depth, x, y);
       if (s.raw > 0 && raw > 0 && std::abs(raw - s.raw) > 2 * slack_) sum += kDepthWeight;
     }
-    if (static_cast<float>(count) < kFewest * static_cast<float>(samples.size())) return std::numeric_limits<float>::infinity();
+    if (static_cast<float>(count) < kFewest * static_cast<float>(samples.size()))
+      return std::numeric_limits<float>::infinity();
     return static_cast<float>(sum) / static_cast<float>(std::max(count, 1)) +
-           kShiftPenalty * std::hypot(static_cast<float>(dx), static_cast<float>(dy));
+           kShiftPenalty * static_cast<float>(std::hypot(dx - expected.x, dy - expected.y));
   };
   const int reach = static_cast<int>(options_.max_shift * mask_.size().width) / kCoarse;
-  cv::Point best;
-  float least = cost(0, 0);
+  cv::Point best = expected;
+  float least = cost(expected.x, expected.y);
   const auto consider = [&](int dx, int dy) {
     const float c = cost(dx, dy);
     if (c < least) {
@@ -160,7 +184,7 @@ cv::Point Carry::coarse_shift() const {
     }
   };
   for (int dy = -reach / 2; dy <= reach / 2; dy += 2) {
-    for (int dx = -reach; dx <= reach; dx += 2) consider(dx, dy);
+    for (int dx = -reach; dx <= reach; dx += 2) consider(expected.x + dx, expected.y + dy);
   }
   const cv::Point around = best;
   for (int dy = -1; dy <= 1; ++dy) {
@@ -177,9 +201,10 @@ std::vector<cv::Point2f> Carry::choose_points() const {
   constexpr int kFinestCell = 4;  // halved pixels; nearer points say the same
   const int cell = std::max(kFinestCell, static_cast<int>(std::sqrt(mask_.area() / (4.0 * options_.points))));
   const auto inside = [&](int u, int v) {
-    return u >= kMargin && v >= kMargin && u + kMargin < mask_.size().width && v + kMargin < mask_.size().height &&
-           mask_.test(u - kMargin, v) && mask_.test(u + kMargin, v) && mask_.test(u, v - kMargin) &&
-           mask_.test(u, v + kMargin) && may_be_instance(depth_at(from_.depth, u, v));
+    return u >= kMargin && v >= kMargin && u + kMargin < mask_.size().width &&
+           v + kMargin < mask_.size().height && mask_.test(u - kMargin, v) && mask_.test(u + kMargin, v) &&
+           mask_.test(u, v - kMargin) && mask_.test(u, v + kMargin) &&
+           may_be_instance(depth_at(from_.depth, u, v));
   };
   const cv::Point end(std::min(box_.br().x / 2, gradients.cols), std::min(box_.br().y / 2, gradients.rows));
   std::vector<cv::Point2f> points;
@@ -211,10 +236,10 @@ std::vector<PointMove> Carry::follow(const std::vector<cv::Point2f>& points, cv:
   std::vector<cv::Point2f> there, back = points;
   for (const cv::Point2f& p : points) there.push_back(p + cv::Point2f(shift * (kCoarse / 2)));
   std::vector<std::uint8_t> found_there, found_back;
-  cv::calcOpticalFlowPyrLK(from_.pyramid, to_.pyramid, points, there, found_there, cv::noArray(), window, kLevels,
-                           stop, cv::OPTFLOW_USE_INITIAL_FLOW);
-  cv::calcOpticalFlowPyrLK(to_.pyramid, from_.pyramid, there, back, found_back, cv::noArray(), window, kLevels,
-                           stop, cv::OPTFLOW_USE_INITIAL_FLOW);
+  cv::calcOpticalFlowPyrLK(from_.pyramid, to_.pyramid, points, there, found_there, cv::noArray(), window,
+                           kLevels, stop, cv::OPTFLOW_USE_INITIAL_FLOW);
+  cv::calcOpticalFlowPyrLK(to_.pyramid, from_.pyramid, there, back, found_back, cv::noArray(), window,
+                           kLevels, stop, cv::OPTFLOW_USE_INITIAL_FLOW);
   const auto in_full = [](cv::Point2f p) { return cv::Point2f(2.0F * p.x + 0.5F, 2.0F * p.y + 0.5F); };
   std::vector<PointMove> moves;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -237,30 +262,10 @@ void Carry::follow_depth(const std::vector<PointMove>& moves) {
   if (static_cast<int>(changes.size()) >= options_.min_points) new_range_.centre += median(changes);
 }
 
-// Some pixels of the mask as points that stand still in the world; without the camera's motion or depth the
-// coarse shift has to do.
-std::vector<PointMove> Carry::moves_of_all(cv::Point shift, const SE3* T_to_from) const {
-  constexpr int kStep = 8;
-  constexpr double kNearest = 0.1;  // m; what lies nearer to the new camera, or behind it, is out of view
-  std::vector<PointMove> moves;
-  for (int y = box_.y; y < box_.br().y; y += kStep) {
-    for (int x = box_.x; x < box_.br().x; x += kStep) {
-      if (!mask_.test(x, y)) continue;
-      const cv::Point2f pixel(static_cast<float>(x), static_cast<float>(y));
-      if (T_to_from == nullptr || !range_.known()) {
-        moves.push_back({pixel, pixel + cv::Point2f(shift * kCoarse)});
-        continue;
-      }
-      const int measured = depth_at(from_.depth, x, y);
-      const int raw = range_.holds(measured) ? measured : range_.centre;
-      const Eigen::Vector3d point =
-          *T_to_from * camera_.unproject(camera_.undistort({x, y}), raw / camera_.depth_scale);
-      if (point.z() < kNearest) continue;
-      const Eigen::Vector2f uv = camera_.distort(camera_.project(point)).cast<float>();
-      moves.push_back({pixel, {uv.x(), uv.y()}});
-    }
-  }
-  return moves;
+// Where nothing can be followed, the mask moves as a whole.
+std::vector<PointMove> Carry::moves_of_all(cv::Point shift) const {
+  const cv::Point2f centre = 0.5F * cv::Point2f(box_.tl() + box_.br());
+  return {{centre, centre + cv::Point2f(shift * kCoarse)}};
 }
 
 void Carry::warp(const MotionField& field, CarriedMask& carried) const {
@@ -356,7 +361,8 @@ CarryView MaskCarrier::view(const RgbdFrame& frame) const {
 std::vector<CarriedMask> MaskCarrier::carry(const CarryView& from, const std::vector<const BitMask*>& masks,
                                             const CarryView& to, const SE3* T_to_from) const {
   std::vector<CarriedMask> carried;
-  for (const BitMask* mask : masks) carried.push_back(Carry(camera_, options_, from, to, *mask).run(T_to_from));
+  for (const BitMask* mask : masks)
+    carried.push_back(Carry(camera_, options_, from, to, *mask).run(T_to_from));
   return carried;
 }
 

@@ -15,14 +15,14 @@ namespace ipl_slam {
 
 /// How masks are carried along. Pixels are those of the full image unless said otherwise.
 struct MaskCarrierOptions {
-  int points = 40;               ///< tracked in every mask
-  int window = 11;               ///< side of the patch around a point, pixels of the halved image
-  double max_round_trip = 1.0;   ///< forth and back, a point must return this near to its start, pixels
-  int min_points = 6;            ///< fewer cannot tell a motion from noise
-  double reach = 24.0;           ///< around a point its own motion counts, pixels
-  double max_shift = 0.25;       ///< by which an instance can have moved, share of the image's width
-  double depth_slack = 0.15;     ///< between two frames depth of the same surface changes less, m
-  int growth = 24;               ///< how far a mask may grow into what came into view, pixels
+  int points = 40;              ///< tracked in every mask
+  int window = 11;              ///< side of the patch around a point, pixels of the halved image
+  double max_round_trip = 1.0;  ///< forth and back, a point must return this near to its start, pixels
+  int min_points = 6;           ///< fewer cannot tell a motion from noise
+  double reach = 24.0;          ///< around a point its own motion counts, pixels
+  double max_shift = 0.25;      ///< by which an instance can have moved, share of the image's width
+  double depth_slack = 0.15;    ///< between two frames depth of the same surface changes less, m
+  int growth = 24;              ///< how far a mask may grow into what came into view, pixels
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -54,7 +54,7 @@ struct CarryView {
 /// A mask as it lies in another frame.
 struct CarriedMask {
   BitMask mask;
-  bool followed = false;   ///< enough points were found again; otherwise it moved with the camera alone
+  bool followed = false;   ///< enough points were found again; otherwise it moved by the coarse shift alone
   double support = 0.0;    ///< share of its points that were found again, 0 to 1
   double depth_fit = 1.0;  ///< share of the moved mask's pixels that still have the instance's depth, 0 to 1
 };
@@ -76,8 +76,8 @@ class MaskCarrier {
   [[nodiscard]] CarryView view(const RgbdFrame& frame) const;
 
   /// The masks of `from` as they lie in `to`, in the same order. T_to_from: the camera's motion (maps points
-  /// of the camera frame of `from` into that of `to`), or null where it is not known; by it, and by depth,
-  /// moves a mask whose points cannot be found again.
+  /// of the camera frame of `from` into that of `to`), or null where it is not known; what stands still is
+  /// then looked for where it must be.
   [[nodiscard]] std::vector<CarriedMask> carry(const CarryView& from,
                                                const std::vector<const BitMask*>& masks, const CarryView& to,
                                                const SE3* T_to_from = nullptr) const;

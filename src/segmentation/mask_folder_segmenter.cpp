@@ -129,8 +129,8 @@ MaskFolderSegmenter::ClassList MaskFolderSegmenter::read_classes(const fs::path&
     std::size_t end = 1;
     while (end < words.size() && !parse_number(words[end])) ++end;
     const double score = end < words.size() ? *parse_number(words[end]) : 1.0;
-    const bool good = id && *id >= 1 && *id <= kMaxId && *id == std::floor(*id) && end > 1 && score >= 0.0 &&
-                      score <= 1.0;
+    const bool good =
+        id && *id >= 1 && *id <= kMaxId && *id == std::floor(*id) && end > 1 && score >= 0.0 && score <= 1.0;
     if (!good) {
       throw UserError(
           fmt::format("{}:{}: cannot understand '{}'; a line reads \"ID CLASS [SCORE]\", e.g. \"3 person "

@@ -83,7 +83,8 @@ void MotionField::fit_departures(const std::vector<PointMove>& moves, float reac
     const cv::Point2f departure = m.from - similarity(m.to);
     for (int r = node_from(m.to.y); r <= std::min(grid_.height - 1, node_to(m.to.y)); ++r) {
       for (int c = node_from(m.to.x); c <= std::min(grid_.width - 1, node_to(m.to.x)); ++c) {
-        const cv::Point2f apart = m.to - cv::Point2f(static_cast<float>(c * kCell), static_cast<float>(r * kCell));
+        const cv::Point2f apart =
+            m.to - cv::Point2f(static_cast<float>(c * kCell), static_cast<float>(r * kCell));
         const float weight = std::exp(-0.5F * apart.dot(apart) / (reach * reach));
         const auto node = static_cast<std::size_t>(r * grid_.width + c);
         departures_[node] += weight * departure;
