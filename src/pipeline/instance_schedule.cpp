@@ -172,10 +172,7 @@ class RealtimeInstances final : public InstanceSchedule {
         contours_([this](ContourFrame& frame) { judge(frame); }) {}
 
   [[nodiscard]] FrameInstances see(const RgbdFrame& frame, const std::optional<SE3>& T_wc) override {
-    if (segmentation_.idle()) {
-      // Its own pixels: the caller's may change as soon as the frame is tracked.
-      segmentation_.start({frame.index, frame.timestamp, frame.color.clone(), frame.depth.clone()});
-    }
+    if (segmentation_.idle()) segmentation_.start(frame);
     const std::shared_ptr<const Segmented> newest = published();
     if (!newest) return {};
     const std::optional<SE3> T_to_from = motion_between(pose_of(newest->frame.index), T_wc);
@@ -183,12 +180,16 @@ class RealtimeInstances final : public InstanceSchedule {
   }
 
   void placed(const RgbdFrame& frame, const std::optional<SE3>& T_wc) override {
-    poses_[frame.index] = T_wc;
+    {
+      std::lock_guard lock(mutex_);
+      poses_[frame.index] = T_wc;
+    }
     const std::shared_ptr<const Segmented> newest = published();
     if (!newest || newest == judged_ || !contours_.idle()) return;
     const std::size_t index = newest->frame.index;
     contours_.start({index, newest->instances, newest->frame.depth, pose_of(index)});
     judged_ = newest;
+    std::lock_guard lock(mutex_);
     poses_.erase(poses_.begin(), poses_.lower_bound(index));
   }
 
@@ -216,9 +217,13 @@ class RealtimeInstances final : public InstanceSchedule {
     Stopwatch stopwatch;
     const std::vector<Instance> detections = segmenter_->segment(frame);
     times_.segmentation.push_back(stopwatch.restart());
+    // By now the frame has been tracked, mostly.
+    const std::optional<SE3> T_wc = pose_of(frame.index);
+    const std::optional<SE3> T_now_last = motion_between(last_T_wc_, T_wc);
     auto result = std::make_shared<Segmented>();
     result->view = carrier_.view(frame);
-    result->instances = tracker_.update(result->view, detections);
+    result->instances = tracker_.update(result->view, detections, T_now_last ? &*T_now_last : nullptr);
+    last_T_wc_ = T_wc;
     result->frame = std::move(frame);
     times_.tracks.push_back(stopwatch.restart());
     std::lock_guard lock(mutex_);
@@ -240,6 +245,7 @@ class RealtimeInstances final : public InstanceSchedule {
     return published_;
   }
   [[nodiscard]] std::optional<SE3> pose_of(std::size_t frame) const {
+    std::lock_guard lock(mutex_);
     const auto found = poses_.find(frame);
     return found == poses_.end() ? std::nullopt : found->second;
   }
@@ -262,18 +268,19 @@ class RealtimeInstances final : public InstanceSchedule {
   }
 
   MaskCarrier carrier_;
-  std::map<std::size_t, std::optional<SE3>> poses_;  // of frames since the one judged last, by index
   std::shared_ptr<const Segmented> judged_;
 
-  std::unique_ptr<Segmenter> segmenter_;  // of the segmentation thread, as is tracker_
+  std::unique_ptr<Segmenter> segmenter_;  // of the segmentation thread, as are the next two
   InstanceTracker tracker_;
-  ContourWindow window_;  // of the contour thread, as is dynamic_
+  std::optional<SE3> last_T_wc_;  // of the frame segmented last
+  ContourWindow window_;          // of the contour thread, as is dynamic_
   DynamicSpans dynamic_;
   InstanceTimes times_;  // each field of the thread that does the work
 
   mutable std::mutex mutex_;
   std::shared_ptr<const Segmented> published_;  // guarded by mutex_, as is verdicts_
   Verdicts verdicts_;
+  std::map<std::size_t, std::optional<SE3>> poses_;  // likewise; of frames since the one judged last, by index
 
   Worker<RgbdFrame> segmentation_;  // last: they start when everything else is there
   Worker<ContourFrame> contours_;

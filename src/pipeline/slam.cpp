@@ -109,13 +109,11 @@ TrackingResult Slam::process(const ImageView& color, const ImageView& depth, dou
     throw std::invalid_argument("the color image has the format kDepth16");
   if (depth.format != PixelFormat::kDepth16)
     throw std::invalid_argument("the depth image has not the format kDepth16");
-  frame.color = wrap(color, "color");
-  if (color.format == PixelFormat::kRgb8) {
-    cv::Mat bgr;  // its own memory: the caller's pixels must stay as they are
-    cv::cvtColor(frame.color, bgr, cv::COLOR_RGB2BGR);
-    frame.color = bgr;
-  }
-  frame.depth = wrap(depth, "depth");
+  // Copies: stages keep the images of some frames, and the caller's pixels are theirs after this call.
+  const cv::Mat theirs = wrap(color, "color");
+  color.format == PixelFormat::kRgb8 ? cv::cvtColor(theirs, frame.color, cv::COLOR_RGB2BGR)
+                                     : theirs.copyTo(frame.color);
+  frame.depth = wrap(depth, "depth").clone();
   const FrameResult result = impl_->pipeline.process(frame);
   ++impl_->frames;
   return {result.state, to_pose(result.T_wc), result.inliers, result.keyframe};

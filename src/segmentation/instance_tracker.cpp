@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "segmentation/assignment.hpp"
+#include "segmentation/class_role.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -189,15 +190,22 @@ bool InstanceTracker::shows_part(const Track& track, const Candidate& candidate)
 }
 
 double InstanceTracker::resemblance(const Track& track, const Candidate& candidate) const {
-  constexpr double kRoom =
-      1.0;  // m; half a body: the middle of what is seen of somebody who stays moves so far
   if (!same_class(track.class_name(), candidate.instance.class_name)) return 0.0;
   const double similarity = track.appearance.similarity(candidate.appearance);
   if (similarity < options_.min_similarity) return 0.0;
   if (track.place.z() <= 0.0 || candidate.place.z() <= 0.0) return similarity;
   const double distance = (track.place - candidate.place).norm();
-  const double reach = kRoom + options_.max_speed * track.frames_carried / options_.frame_rate;
+  const double reach = reach_of(track);
   return distance > reach ? 0.0 : similarity + 1.0 - distance / reach;
+}
+
+// How far from its last place it can be, m.
+double InstanceTracker::reach_of(const Track& track) const {
+  constexpr double kBody = 1.0;  // the middle of what is seen of somebody who stays moves by half a body
+  constexpr double kThing = 0.25;
+  const std::string& name = track.class_name();
+  const bool moves_by_itself = name == kUnknown || class_role(name) == ClassRole::likely_mover;
+  return moves_by_itself ? kBody + options_.max_speed * (view_.timestamp - track.seen_at) : kThing;
 }
 
 // One body in two detections: what no track claims, but lies in another detection, or in the mask of the
@@ -263,6 +271,7 @@ void InstanceTracker::confirm(Track& track, const Candidate& candidate) {
   ++track.detections;
   track.misses = 0;
   track.frames_carried = 0;
+  track.seen_at = view_.timestamp;
 }
 
 // The mask is carried on where no detected instance lies. What was detected a few times only is given up

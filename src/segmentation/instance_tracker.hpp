@@ -22,8 +22,7 @@ struct InstanceTrackerOptions {
   double part_inside = 0.6;  ///< share of a mask inside another of its class from which on it is a part of it
   double body_depth = 0.3;   ///< parts of one body differ less in depth, m
   double min_similarity = 0.6;  ///< of colours, to be recognised after being out of sight
-  double max_speed = 2.0;       ///< of somebody out of sight, m/s
-  double frame_rate = 30.0;     ///< of the source, for max_speed
+  double max_speed = 2.0;       ///< of somebody out of sight, m/s; things stay where they were
   int max_carried = 30;         ///< a mask is not carried on for longer without being seen, frames
   int max_out_of_sight = 90;    ///< who is gone for longer is forgotten, frames
   double min_support = 0.2;     ///< share of a mask's points that must be found again for it to be carried on
@@ -44,8 +43,7 @@ struct InstanceTrackerOptions {
     v.number("body_depth", body_depth, {0.0, 10.0, "m", "parts of one body differ less in depth"});
     v.number("min_similarity", min_similarity,
              {0.0, 1.0, "", "likeness of colours needed to be recognised after being out of sight"});
-    v.number("max_speed", max_speed, {0.0, 100.0, "m/s", "largest speed of somebody out of sight"});
-    v.number("frame_rate", frame_rate, {0.1, 1000.0, "Hz", "frames per second of the source, for max_speed"});
+    v.number("max_speed", max_speed, {0.0, 100.0, "m/s", "largest speed of somebody out of sight; what does not move by itself is looked for where it was"});
     v.number("max_carried", max_carried,
              {0, 1000, "frame", "a mask is carried on no longer than this without being seen"});
     v.number("max_out_of_sight", max_out_of_sight,
@@ -97,6 +95,7 @@ class InstanceTracker {
     int detections = 0;
     int misses = 0;          // segmented frames in a row without it
     int frames_carried = 0;  // frames since it was last detected
+    double seen_at = 0.0;    // when it was last detected, s
     bool hidden = false;     // not detected itself, but part of what was detected as another
 
     [[nodiscard]] bool in_sight() const { return mask.size().area() > 0; }
@@ -118,6 +117,7 @@ class InstanceTracker {
   void associate(std::vector<Candidate>& candidates, bool in_sight, Score score) const;
   [[nodiscard]] double overlap(const Track& track, const Candidate& candidate) const;
   [[nodiscard]] double resemblance(const Track& track, const Candidate& candidate) const;
+  [[nodiscard]] double reach_of(const Track& track) const;
   void join_parts(std::vector<Candidate>& candidates) const;
   void part_bodies(std::vector<Candidate>& candidates);
   [[nodiscard]] bool shows_part(const Track& track, const Candidate& candidate) const;

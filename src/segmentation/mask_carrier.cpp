@@ -348,6 +348,7 @@ CarryView MaskCarrier::view(const RgbdFrame& frame) const {
   }
   CarryView view;
   view.index = frame.index;
+  view.timestamp = frame.timestamp;
   view.depth = frame.depth;
   cv::resize(frame.color, view.color, size / 2, 0, 0, cv::INTER_AREA);
   cv::Mat grey = view.color;

@@ -45,6 +45,7 @@ struct MaskCarrierOptions {
 /// What carrying needs of a frame; made once per frame.
 struct CarryView {
   std::size_t index = 0;         ///< of the frame
+  double timestamp = 0.0;        ///< of the frame, s
   std::vector<cv::Mat> pyramid;  ///< of the halved grey image, as cv::buildOpticalFlowPyramid makes it
   cv::Mat color;                 ///< the frame's, halved
   cv::Mat depth;                 ///< CV_16UC1, raw, the frame's own
