@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include <opencv2/imgproc.hpp>
+
 namespace ipl_slam {
 
 namespace {
@@ -19,6 +21,12 @@ constexpr float kToMissingDepth = 0.5F;
 // Cells of two frames whose depth differs by more than this share show different things. Wider than the
 // noise: what moves also moves in depth between the frames.
 constexpr float kSameSurface = 0.15F;
+
+// Side of the window in which most cells must agree, cells.
+constexpr int kLineWindow = 3;
+
+// Keeps the division of belief by weight defined where all weights are 0.
+constexpr float kTinyWeight = 1e-6F;
 
 float conductance_between(float inverse_a, float inverse_b, int grey_a, int grey_b, float base,
                           const MotionBeliefOptions& options) {
@@ -85,35 +93,51 @@ cv::Mat MotionBelief::carried(const Past& from, const cv::Mat& belief, const cv:
   return result;
 }
 
+// The cells that stand in space which enough of the views saw to be free. Lines one cell wide are dropped: an
+// edge of depth makes such where the pose is not exact.
+cv::Mat MotionBelief::entered(const FreeSpaceEvidence& evidence, int min_free) const {
+  cv::Mat result(grid_.size(), CV_8UC1);
+  const auto* free = evidence.free.ptr<std::uint8_t>();
+  const auto* taken = evidence.taken.ptr<std::uint8_t>();
+  auto* out = result.ptr<std::uint8_t>();
+  const auto share = static_cast<float>(options_.free_share);
+  for (int i = 0; i < grid_.size().area(); ++i) {
+    const bool enough =
+        free[i] >= min_free && static_cast<float>(free[i]) >= share * static_cast<float>(free[i] + taken[i]);
+    out[i] = enough ? 255 : 0;
+  }
+  cv::Mat thick;
+  cv::medianBlur(result, thick, kLineWindow);
+  return result & thick;
+}
+
 cv::Mat MotionBelief::averaged(const FreeSpaceEvidence& evidence, int min_free, const cv::Mat& prior,
                                const Conductance& conductance) const {
+  const cv::Mat in_free_space = entered(evidence, min_free);
   cv::Mat sums(grid_.size(), CV_32FC2);  // of belief times weight, and of weight
   const int cells = grid_.size().area();
+  const auto* moved = in_free_space.ptr<std::uint8_t>();
   const auto* free = evidence.free.ptr<std::uint8_t>();
   const auto* taken = evidence.taken.ptr<std::uint8_t>();
   const auto* before = prior.ptr<float>();
   auto* sum = sums.ptr<cv::Vec2f>();
-  const auto full_taken = static_cast<float>(options_.full_taken);
-  const auto taken_weight = static_cast<float>(options_.taken_weight);
+  const auto taken_weight = static_cast<float>(options_.taken_weight / options_.full_taken);
   const auto memory_weight = static_cast<float>(options_.memory_weight);
   const auto bias = static_cast<float>(options_.bias);
+  const auto unseen_bias = static_cast<float>(options_.unseen_bias);
   for (int i = 0; i < cells; ++i) {
-    float value = -bias + memory_weight * before[i];
-    float weight = bias + memory_weight * std::abs(before[i]);
-    if (free[i] >= min_free && free[i] >= options_.free_share * (free[i] + taken[i])) {
-      value += 1.0F;
-      weight += 1.0F;
-    } else if (taken[i] > 0) {
-      const float agreed = taken_weight * std::min(1.0F, static_cast<float>(taken[i]) / full_taken);
-      value -= agreed;
-      weight += agreed;
-    }
-    sum[i] = {value, weight};
+    // Weights of moving and of being static.
+    float moving = moved[i] != 0 ? 1.0F : 0.0F;
+    float still = free[i] + taken[i] == 0 ? unseen_bias : bias;
+    if (moved[i] == 0)
+      still += taken_weight * static_cast<float>(std::min<int>(taken[i], options_.full_taken));
+    (before[i] > 0.0F ? moving : still) += memory_weight * std::abs(before[i]);
+    sum[i] = {moving - still, moving + still};
   }
   filter_along_surfaces(sums, conductance, options_.passes);
   cv::Mat belief(grid_.size(), CV_32FC1);
   auto* out = belief.ptr<float>();
-  for (int i = 0; i < cells; ++i) out[i] = sum[i][0] / (sum[i][1] + 1e-6F);
+  for (int i = 0; i < cells; ++i) out[i] = sum[i][0] / (sum[i][1] + kTinyWeight);
   return belief;
 }
 

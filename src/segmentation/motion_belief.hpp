@@ -21,10 +21,12 @@ struct MotionBeliefOptions {
   double hindsight = 0.15;     ///< how much later it is judged what has left its place, s
   double memory_weight = 0.5;  ///< of what was believed in the last frame
   double bias = 0.1;           ///< weight of believing, without any evidence, that a cell is static
-  double reach = 12.0;         ///< how far evidence spreads along a surface, cells
-  double depth_step = 0.01;    ///< relative step of depth between cells that is still one surface
-  double grey_step = 12.0;     ///< step of grey value that weakens the spreading by the factor e
-  int passes = 2;              ///< of the filter that spreads evidence
+  double unseen_bias =
+      0.2;  ///< the same where no earlier frame says anything: nothing there holds against what leaks in
+  double reach = 12.0;       ///< how far evidence spreads along a surface, cells
+  double depth_step = 0.01;  ///< relative step of depth between cells that is still one surface
+  double grey_step = 12.0;   ///< step of grey value that weakens the spreading by the factor e
+  int passes = 2;            ///< of the filter that spreads evidence
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -39,6 +41,8 @@ struct MotionBeliefOptions {
     v.number("memory_weight", memory_weight,
              {0.0, 10.0, "", "weight of what was believed in the last frame"});
     v.number("bias", bias, {0.0, 10.0, "", "weight of believing without evidence that a cell is static"});
+    v.number("unseen_bias", unseen_bias,
+             {0.0, 10.0, "", "the same for a cell about which no earlier frame says anything"});
     v.number("reach", reach, {1.0, 1000.0, "cells", "how far evidence spreads along a surface"});
     v.number("depth_step", depth_step,
              {1e-4, 1.0, "", "relative step of depth between cells that is still one surface"});
@@ -78,6 +82,7 @@ class MotionBelief {
     cv::Mat belief;
   };
 
+  [[nodiscard]] cv::Mat entered(const FreeSpaceEvidence& evidence, int min_free) const;
   [[nodiscard]] cv::Mat averaged(const FreeSpaceEvidence& evidence, int min_free, const cv::Mat& prior,
                                  const Conductance& conductance) const;
   [[nodiscard]] cv::Mat carried(const Past& from, const cv::Mat& belief, const cv::Mat& inverse_depth,
