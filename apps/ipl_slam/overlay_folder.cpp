@@ -11,11 +11,13 @@ namespace ipl_slam::cli {
 
 namespace fs = std::filesystem;
 
-OverlayFolder::OverlayFolder(fs::path folder) : folder_(std::move(folder)), part_(folder_.string() + ".part") {
+OverlayFolder::OverlayFolder(fs::path folder)
+    : folder_(std::move(folder)), part_(folder_.string() + ".part") {
   std::error_code error;
   fs::remove_all(part_, error);
   fs::create_directories(part_, error);
-  if (error) throw UserError(fmt::format("cannot create the folder '{}': {}", part_.string(), error.message()));
+  if (error)
+    throw UserError(fmt::format("cannot create the folder '{}': {}", part_.string(), error.message()));
 }
 
 OverlayFolder::~OverlayFolder() {
@@ -33,7 +35,8 @@ void OverlayFolder::keep() {
   std::error_code error;
   fs::remove_all(folder_, error);
   fs::rename(part_, folder_, error);
-  if (error) throw UserError(fmt::format("cannot write the folder '{}': {}", folder_.string(), error.message()));
+  if (error)
+    throw UserError(fmt::format("cannot write the folder '{}': {}", folder_.string(), error.message()));
 }
 
 }  // namespace ipl_slam::cli

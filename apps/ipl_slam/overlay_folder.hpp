@@ -11,9 +11,9 @@
 
 namespace ipl_slam::cli {
 
-/// Pictures of what was seen, one JPEG per frame named by its timestamp. They are written beside, into a folder
-/// of the same name with ".part" added, which takes the place of the folder in keep(); without keep() nothing
-/// changes.
+/// Pictures of what was seen, one JPEG per frame named by its timestamp. They are written beside, into a
+/// folder of the same name with ".part" added, which takes the place of the folder in keep(); without keep()
+/// nothing changes.
 class OverlayFolder {
  public:
   /// Throws UserError when it cannot be written.

@@ -14,12 +14,12 @@
 #include "evaluation/report.hpp"
 #include "evaluation/trajectory_plot.hpp"
 #include "output.hpp"
+#include "overlay_folder.hpp"
+#include "pipeline/instance_log.hpp"
 #include "pipeline/map_view.hpp"
 #include "pipeline/realtime_source.hpp"
 #include "pipeline/run_report.hpp"
 #include "pipeline/sequence_run.hpp"
-#include "overlay_folder.hpp"
-#include "pipeline/instance_log.hpp"
 #include "segmenter_choice.hpp"
 #include "sequence_options.hpp"
 #include "verbs.hpp"
@@ -66,7 +66,8 @@ class OutputFolder {
   /// written last, so where it is, everything beside it is of the same run.
   void make_way() const {
     std::error_code ignored;
-    for (const char* name : {"summary.json", "trajectory.png", "instances.jsonl"}) fs::remove(folder_ / name, ignored);
+    for (const char* name : {"summary.json", "trajectory.png", "instances.jsonl"})
+      fs::remove(folder_ / name, ignored);
     fs::remove_all(folder_ / "overlays", ignored);
   }
 
@@ -154,7 +155,8 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
   write_trajectory(output / "keyframes.txt", pipeline.keyframe_trajectory());
   write_file_atomically(output / "timings.csv", timings_csv(result));
   if (setting.config.segmentation.segmenter != "none") {
-    write_file_atomically(output / "instances.jsonl", instances_jsonl(result, pipeline.instances().dynamic()));
+    write_file_atomically(output / "instances.jsonl",
+                          instances_jsonl(result, pipeline.instances().dynamic()));
   }
   if (evaluation) {
     write_trajectory_plot(output / "trajectory.png", *truth, trajectory, evaluation->ate,
@@ -226,10 +228,10 @@ void add_run_verb(CLI::App& app) {
       ->required();
   verb->add_flag("--save-overlays", options->save_overlays,
                  "Write each frame with its instances drawn in to RUN_DIR/overlays");
-  verb->add_flag(
-      "--realtime", options->realtime,
-      "Play at recorded speed, with segmentation and mapping on threads of their own; frames that come too late are dropped and "
-      "counted, and no two runs are alike");
+  verb->add_flag("--realtime", options->realtime,
+                 "Play at recorded speed, with segmentation and mapping on threads of their own; frames that "
+                 "come too late are dropped and "
+                 "counted, and no two runs are alike");
   verb->add_option("--threads", options->threads,
                    "Threads inside a stage, 1 to 64; the result does not depend on it (default: 1)")
       ->type_name("N")

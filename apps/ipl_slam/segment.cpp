@@ -86,8 +86,8 @@ class Judge {
     ++frames_;
   }
   void print() const {
-    fmt::print("pixels against the truth, over the {} frames where it covers {:g} % of the image or more\n", frames_,
-               100.0 * min_area_);
+    fmt::print("pixels against the truth, over the {} frames where it covers {:g} % of the image or more\n",
+               frames_, 100.0 * min_area_);
     if (frames_ == 0) return;
     fmt::print("  recall {:.3f}, precision {:.3f}, false area {:.2f} % of the image\n", score_.recall(),
                score_.precision(), 100.0 * score_.false_area());
@@ -101,7 +101,8 @@ class Judge {
 };
 
 // A label image and what its values mean, as the "masks" segmenter reads them.
-void save_masks(const fs::path& folder, const RgbdFrame& frame, const std::vector<TrackedInstance>& instances) {
+void save_masks(const fs::path& folder, const RgbdFrame& frame,
+                const std::vector<TrackedInstance>& instances) {
   cv::Mat labels = cv::Mat::zeros(frame.color.size(), CV_16UC1);
   std::string classes;
   for (auto it = instances.rbegin(); it != instances.rend(); ++it) {  // the best is painted last
@@ -127,8 +128,8 @@ fs::path made_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) {
-    throw UserError(
-        fmt::format("cannot create the folder '{}': {}; choose another with -o", folder.string(), error.message()));
+    throw UserError(fmt::format("cannot create the folder '{}': {}; choose another with -o", folder.string(),
+                                error.message()));
   }
   return folder;
 }
@@ -253,9 +254,10 @@ void add_segment_verb(CLI::App& app) {
       ->type_name("DIR")
       ->check(not_empty())
       ->required();
-  verb->add_flag("--save-masks", options->save_masks,
-                 "Sequence: write the masks to DIR/masks as well, for --masks; a pixel's value is its instance's id "
-                 "+ 1");
+  verb->add_flag(
+      "--save-masks", options->save_masks,
+      "Sequence: write the masks to DIR/masks as well, for --masks; a pixel's value is its instance's id "
+      "+ 1");
   verb->add_option("--truth", options->truth,
                    "Sequence: folder of label images with the true masks; prints how far the pixels agree")
       ->type_name("FOLDER")

@@ -17,9 +17,10 @@ constexpr const char* kModelVariable = "IPL_SLAM_MODEL";
 }  // namespace
 
 void SegmenterChoice::add_to(CLI::App& verb) {
-  verb.add_option("--segmenter", segmenter,
-                  "Who finds the instances: yolo (needs --model), masks (needs --masks), geometric (from depth and "
-                  "motion alone), none, or auto (default): what --masks or --model asks for, else geometric")
+  verb.add_option(
+          "--segmenter", segmenter,
+          "Who finds the instances: yolo (needs --model), masks (needs --masks), geometric (from depth and "
+          "motion alone), none, or auto (default): what --masks or --model asks for, else geometric")
       ->type_name("NAME")
       ->check(CLI::IsMember({"auto", "none", "yolo", "masks", "geometric"}));
   auto* model_option =

@@ -14,10 +14,7 @@ CLI::Validator not_empty() {
 }
 
 void SequenceOptions::add_to(CLI::App& verb, const std::string& folder_meaning) {
-  verb.add_option("sequence", folder, folder_meaning)
-      ->type_name("FOLDER")
-      ->check(not_empty())
-      ->required();
+  verb.add_option("sequence", folder, folder_meaning)->type_name("FOLDER")->check(not_empty())->required();
   verb.add_option("--camera", camera,
                   "tum1, tum2, tum3, bonn or a YAML file (default: camera.yaml in the sequence's folder, or "
                   "what its name says)")

@@ -55,11 +55,11 @@ ContourWindowOptions paper_contour_window() {
 
 const char* to_string(MotionState state) {
   switch (state) {
-    case MotionState::candidate:
+    case MotionState::kCandidate:
       return "candidate";
-    case MotionState::still:
+    case MotionState::kStill:
       return "still";
-    case MotionState::moving:
+    case MotionState::kMoving:
       return "moving";
   }
   return "candidate";
@@ -83,19 +83,19 @@ ContourVerdicts ContourWindow::process(const ContourFrame& frame) {
 
   ContourVerdicts result;
   for (const TrackedInstance& tracked : frame.instances) {
-    const Track new_track{frame.index, frame.index, {}, {tracked.id, MotionState::candidate, {}}};
+    const Track new_track{frame.index, frame.index, {}, {tracked.id, MotionState::kCandidate, {}}};
     Track& track = tracks_.try_emplace(tracked.id, new_track).first->second;
     if (frame.index - track.last_seen > window_) track = new_track;
     track.last_seen = frame.index;
     movers_.saw(tracked.id, frame.index);
     const bool known_mover = movers_.contains(tracked.id);
     const std::optional<std::size_t> instance = index_of(views_.back().seen, tracked.id);
-    if (known_mover) track.verdict.state = MotionState::moving;
+    if (known_mover) track.verdict.state = MotionState::kMoving;
     if (instance && known_mover) check_known_mover(track, *instance);
     if (instance && !known_mover) judge(track, *instance);
 
     result.verdicts.push_back(track.verdict);
-    if (track.verdict.state != MotionState::moving) continue;
+    if (track.verdict.state != MotionState::kMoving) continue;
     // A fresh verdict is about the whole window, that of a known mover about the new mask.
     const std::size_t window_start = frame.index - std::min(frame.index, window_);
     const bool fresh = instance && !known_mover;
@@ -126,7 +126,7 @@ void ContourWindow::judge(Track& track, std::size_t instance) {
   const double similarity = options_.robust ? robust_mean_of(similarities) : mean_of(similarities);
   const bool moving = similarity < threshold_of(instance);
   track.verdict.similarity = similarity;
-  track.verdict.state = moving ? MotionState::moving : MotionState::still;
+  track.verdict.state = moving ? MotionState::kMoving : MotionState::kStill;
   if (moving && options_.record_table) {
     movers_.add(track.verdict.id, now);
     track.pairs.clear();
@@ -140,7 +140,7 @@ void ContourWindow::check_known_mover(Track& track, std::size_t instance) {
   if (!pair) return;
   track.verdict.similarity = pair->similarity;
   movers_.check(track.verdict.id, pair->earlier, now, pair->similarity >= threshold_of(instance));
-  if (!movers_.contains(track.verdict.id)) track.verdict.state = MotionState::still;
+  if (!movers_.contains(track.verdict.id)) track.verdict.state = MotionState::kStill;
 }
 
 std::optional<ContourWindow::Pair> ContourWindow::compare(std::size_t instance, int gap) const {

@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include <ipl_slam/motion_state.hpp>
+
 #include "common/ids.hpp"
 #include "common/options.hpp"
 #include "dynamics/carried_comparison.hpp"
@@ -68,11 +70,6 @@ struct ContourWindowOptions {
 /// The values of the paper, and its comparison of masks as they lie in the image.
 [[nodiscard]] ContourWindowOptions paper_contour_window();
 
-enum class MotionState {
-  candidate,  ///< not judged yet
-  still,
-  moving,
-};
 [[nodiscard]] const char* to_string(MotionState state);
 
 /// What is given of a frame.
@@ -85,7 +82,7 @@ struct ContourFrame {
 
 struct ContourVerdict {
   InstanceId id;
-  MotionState state = MotionState::candidate;
+  MotionState state = MotionState::kCandidate;
   std::optional<double> similarity;  ///< over the window, or of the last check of a known mover
 };
 

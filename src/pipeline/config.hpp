@@ -24,9 +24,10 @@ struct ScheduleOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.choice("mode", mode, {"lockstep", "realtime"},
-             "lockstep: stages in fixed order, same input gives the same bytes; realtime: segmentation, contour "
-             "window and mapping on threads of their own");
+    v.choice(
+        "mode", mode, {"lockstep", "realtime"},
+        "lockstep: stages in fixed order, same input gives the same bytes; realtime: segmentation, contour "
+        "window and mapping on threads of their own");
     v.number("threads", threads,
              {1, 64, "count", "threads inside a stage; the result does not depend on it"});
     v.number("frame_queue", frame_queue,

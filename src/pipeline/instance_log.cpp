@@ -24,7 +24,7 @@ Json instance_json(const InstanceRecord& record, std::size_t frame, const Dynami
   if (const auto& verdict = record.verdict) {
     json["similarity"] = verdict->similarity ? Json(rounded(*verdict->similarity)) : Json(nullptr);
     json["state"] = to_string(verdict->state);
-    json["dynamic"] = verdict->state == MotionState::moving || dynamic.contains(record.id, frame);
+    json["dynamic"] = verdict->state == MotionState::kMoving || dynamic.contains(record.id, frame);
   }
   return json;
 }

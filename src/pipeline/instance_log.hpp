@@ -10,8 +10,8 @@
 
 namespace ipl_slam {
 
-/// A line of instances.jsonl (docs/formats.md): a frame's instances and what was decided on them. `dynamic`: in
-/// which frames their masks were found to be dynamic, also later.
+/// A line of instances.jsonl (docs/formats.md): a frame's instances and what was decided on them. `dynamic`:
+/// in which frames their masks were found to be dynamic, also later.
 [[nodiscard]] std::string instances_line(std::size_t frame, double timestamp, int mask_age,
                                          const std::vector<InstanceRecord>& instances,
                                          const DynamicSpans& dynamic = {});

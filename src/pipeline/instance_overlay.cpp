@@ -14,11 +14,11 @@ constexpr double kFontScale = 0.45;
 
 cv::Scalar color_of(MotionState state) {
   switch (state) {
-    case MotionState::candidate:
+    case MotionState::kCandidate:
       return {0, 190, 255};
-    case MotionState::still:
+    case MotionState::kStill:
       return {80, 200, 60};
-    case MotionState::moving:
+    case MotionState::kMoving:
       return {50, 50, 240};
   }
   return {};
@@ -41,8 +41,8 @@ void label(cv::Mat& picture, const cv::Rect& box, const std::string& words, cons
   const int x = std::clamp(box.x, 0, std::max(0, picture.cols - size.width - 4));
   const int y = std::clamp(box.y - height, 0, std::max(0, picture.rows - height));
   cv::rectangle(picture, {x, y, size.width + 4, height}, color, cv::FILLED);
-  cv::putText(picture, words, {x + 2, y + size.height + 2}, cv::FONT_HERSHEY_SIMPLEX, kFontScale, {20, 20, 20}, 1,
-              cv::LINE_AA);
+  cv::putText(picture, words, {x + 2, y + size.height + 2}, cv::FONT_HERSHEY_SIMPLEX, kFontScale,
+              {20, 20, 20}, 1, cv::LINE_AA);
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ cv::Mat draw_instances(const cv::Mat& image, const std::vector<TrackedInstance>&
 
   // Labels go on top of every mask.
   for (const TrackedInstance& tracked : instances) {
-    const cv::Scalar color = color_of(verdict ? verdict(tracked.id).state : MotionState::candidate);
+    const cv::Scalar color = color_of(verdict ? verdict(tracked.id).state : MotionState::kCandidate);
     const cv::Mat mask = tracked.instance.mask.to_image();
     tint(picture, mask, color);
     std::vector<std::vector<cv::Point>> outlines;
@@ -64,7 +64,7 @@ cv::Mat draw_instances(const cv::Mat& image, const std::vector<TrackedInstance>&
   for (const TrackedInstance& tracked : instances) {
     const Instance& instance = tracked.instance;
     std::string words = fmt::format("{} {:.2f} #{}", instance.class_name, instance.score, tracked.id.value);
-    MotionState state = MotionState::candidate;
+    MotionState state = MotionState::kCandidate;
     if (verdict) {
       state = verdict(tracked.id).state;
       words += fmt::format(" {}", to_string(state));

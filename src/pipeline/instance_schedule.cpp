@@ -28,7 +28,9 @@ Verdicts by_id(const std::vector<ContourVerdict>& verdicts) {
 
 ContourVerdict find(const Verdicts& verdicts, InstanceId id) {
   const auto found = verdicts.find(id);
-  return found == verdicts.end() ? ContourVerdict{.id = id, .state = MotionState::candidate, .similarity = std::nullopt} : found->second;
+  return found == verdicts.end()
+             ? ContourVerdict{.id = id, .state = MotionState::kCandidate, .similarity = std::nullopt}
+             : found->second;
 }
 
 // The camera's motion T_to_from between two poses (camera to world), where both are known.
@@ -109,8 +111,7 @@ class LockstepInstances final : public InstanceSchedule {
 template <class Job>
 class Worker {
  public:
-  explicit Worker(std::function<void(Job&)> work)
-      : work_(std::move(work)), thread_([this] { run(); }) {}
+  explicit Worker(std::function<void(Job&)> work) : work_(std::move(work)), thread_([this] { run(); }) {}
   ~Worker() {
     queue_.close();
     thread_.join();
@@ -155,7 +156,7 @@ class Worker {
   std::function<void(Job&)> work_;
   mutable std::mutex mutex_;
   mutable std::condition_variable done_;
-  bool busy_ = false;           // guarded by mutex_, as is failure_
+  bool busy_ = false;  // guarded by mutex_, as is failure_
   std::exception_ptr failure_;
   BoundedQueue<Job> queue_{1};
   std::thread thread_;  // last: starts when everything else is there
@@ -250,7 +251,8 @@ class RealtimeInstances final : public InstanceSchedule {
     return found == poses_.end() ? std::nullopt : found->second;
   }
 
-  [[nodiscard]] FrameInstances carried_to(const RgbdFrame& frame, const Segmented& from, const SE3* T_to_from) const {
+  [[nodiscard]] FrameInstances carried_to(const RgbdFrame& frame, const Segmented& from,
+                                          const SE3* T_to_from) const {
     std::vector<const BitMask*> masks;
     for (const TrackedInstance& t : from.instances) masks.push_back(&t.instance.mask);
     std::vector<CarriedMask> carried = carrier_.carry(from.view, masks, carrier_.view(frame), T_to_from);
@@ -280,7 +282,8 @@ class RealtimeInstances final : public InstanceSchedule {
   mutable std::mutex mutex_;
   std::shared_ptr<const Segmented> published_;  // guarded by mutex_, as is verdicts_
   Verdicts verdicts_;
-  std::map<std::size_t, std::optional<SE3>> poses_;  // likewise; of frames since the one judged last, by index
+  std::map<std::size_t, std::optional<SE3>>
+      poses_;  // likewise; of frames since the one judged last, by index
 
   Worker<RgbdFrame> segmentation_;  // last: they start when everything else is there
   Worker<ContourFrame> contours_;

@@ -152,13 +152,13 @@ Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& m
 
 std::string timings_csv(const SequenceRun& run) {
   std::string csv =
-      "frame,timestamp,state,keypoints,inliers,keyframe,load_ms,features_ms,instances_ms,tracking_ms,mapping_ms\n";
+      "frame,timestamp,state,keypoints,inliers,keyframe,load_ms,features_ms,instances_ms,tracking_ms,mapping_"
+      "ms\n";
   for (const FrameRecord& f : run.frames) {
     csv += fmt::format("{},{:.6f},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", f.index, f.timestamp,
                        to_string(f.result.state), f.result.keypoints, f.result.inliers,
                        f.result.keyframe ? 1 : 0, f.load, f.result.times.features, f.result.times.instances,
-                       f.result.times.tracking,
-                       f.mapping);
+                       f.result.times.tracking, f.mapping);
   }
   return csv;
 }

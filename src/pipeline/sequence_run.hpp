@@ -42,8 +42,8 @@ struct RunHooks {
   std::function<void(const SequenceRun&)> item_taken;  ///< after each frame, processed or skipped
 };
 
-/// Feeds a source to the pipeline until its end, until `max_items` were taken (0 = all) or until it is stopped;
-/// then waits for what is under way.
+/// Feeds a source to the pipeline until its end, until `max_items` were taken (0 = all) or until it is
+/// stopped; then waits for what is under way.
 [[nodiscard]] SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const RunHooks& hooks = {},
                                        std::size_t max_items = 0);
 

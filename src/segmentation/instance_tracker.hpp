@@ -43,7 +43,10 @@ struct InstanceTrackerOptions {
     v.number("body_depth", body_depth, {0.0, 10.0, "m", "parts of one body differ less in depth"});
     v.number("min_similarity", min_similarity,
              {0.0, 1.0, "", "likeness of colours needed to be recognised after being out of sight"});
-    v.number("max_speed", max_speed, {0.0, 100.0, "m/s", "largest speed of somebody out of sight; what does not move by itself is looked for where it was"});
+    v.number(
+        "max_speed", max_speed,
+        {0.0, 100.0, "m/s",
+         "largest speed of somebody out of sight; what does not move by itself is looked for where it was"});
     v.number("max_carried", max_carried,
              {0, 1000, "frame", "a mask is carried on no longer than this without being seen"});
     v.number("max_out_of_sight", max_out_of_sight,

@@ -21,9 +21,10 @@ struct SegmentationOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.choice("segmenter", segmenter, {"auto", "none", "yolo", "masks", "geometric"},
-             "who finds the instances; auto: masks where masks.folder is given, else yolo where yolo.model is, "
-             "else geometric");
+    v.choice(
+        "segmenter", segmenter, {"auto", "none", "yolo", "masks", "geometric"},
+        "who finds the instances; auto: masks where masks.folder is given, else yolo where yolo.model is, "
+        "else geometric");
     v.number("every", every,
              {1, 1000, "frames",
               "lockstep: every so many frames are segmented, the masks are carried over those between; in "

@@ -202,7 +202,8 @@ std::vector<Instance> MaskFolderSegmenter::segment(const RgbdFrame& frame) {
 
 std::vector<std::string> MaskFolderSegmenter::remarks() const {
   std::vector<std::string> lines;
-  if (missing_ > 0) lines.push_back(fmt::format("{} frames have no mask in '{}'", missing_, folder_.string()));
+  if (missing_ > 0)
+    lines.push_back(fmt::format("{} frames have no mask in '{}'", missing_, folder_.string()));
   if (broken_ > 0) lines.push_back(fmt::format("{} masks could not be used: {}", broken_, last_problem_));
   return lines;
 }

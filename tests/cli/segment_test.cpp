@@ -106,7 +106,8 @@ TEST_F(Segment, NeedsNoNetworkByDefault) {
 
 TEST_F(Segment, FindsWhatANetworkSeesInAPicture) {
   if (!has_onnx_runtime()) GTEST_SKIP() << "built without ONNX Runtime";
-  const Finished finished = ipl_slam_program({"segment", picture(), "--model", model(), "-o", output().string()});
+  const Finished finished =
+      ipl_slam_program({"segment", picture(), "--model", model(), "-o", output().string()});
   ASSERT_EQ(finished.code, 0) << finished.err;
   EXPECT_THAT(finished.out, HasSubstr("red thing"));
   EXPECT_THAT(finished.out, HasSubstr("inference"));

@@ -37,20 +37,20 @@ MotionState state_of(const ContourVerdicts& verdicts, std::uint32_t id) {
     if (verdict.id == InstanceId{id}) return verdict.state;
   }
   ADD_FAILURE() << "no verdict on " << id;
-  return MotionState::candidate;
+  return MotionState::kCandidate;
 }
 
 TEST(ContourWindow, JudgesTheWalkerButNotTheSeatedFromAMovingCamera) {
   ContourWindow window(kBillboardCamera, {});
   for (std::size_t i = 0; i < 50; ++i) {
     const ContourVerdicts verdicts = window.process(frame_of(i, {kSeated, walker(i)}, swaying_camera(i)));
-    EXPECT_NE(state_of(verdicts, 0), MotionState::moving) << i;
+    EXPECT_NE(state_of(verdicts, 0), MotionState::kMoving) << i;
     if (i < 10) {
-      EXPECT_EQ(state_of(verdicts, 1), MotionState::candidate) << "there are no pairs yet";
+      EXPECT_EQ(state_of(verdicts, 1), MotionState::kCandidate) << "there are no pairs yet";
     }
     if (i >= 20) {
-      EXPECT_EQ(state_of(verdicts, 0), MotionState::still) << i;
-      EXPECT_EQ(state_of(verdicts, 1), MotionState::moving) << i;
+      EXPECT_EQ(state_of(verdicts, 0), MotionState::kStill) << i;
+      EXPECT_EQ(state_of(verdicts, 1), MotionState::kMoving) << i;
     }
   }
 }
@@ -63,8 +63,8 @@ TEST(ContourWindow, OfThePaperTakesTheCamerasMotionForTheObjects) {
     moving = moving_camera.process(frame_of(i, {kSeated}, swaying_camera(i)));
     still = still_camera.process(frame_of(i, {kSeated}));
   }
-  EXPECT_EQ(state_of(moving, 0), MotionState::moving);
-  EXPECT_EQ(state_of(still, 0), MotionState::still);
+  EXPECT_EQ(state_of(moving, 0), MotionState::kMoving);
+  EXPECT_EQ(state_of(still, 0), MotionState::kStill);
   EXPECT_DOUBLE_EQ(*still.verdicts[0].similarity, 1.0);
 }
 
@@ -100,7 +100,7 @@ TEST(ContourWindow, IsNotMisledByOneBadMask) {
         frame.instances[0].instance.mask =
             frame_of(i, {walker(0, 0)}, swaying_camera(i)).instances[0].instance.mask;
       }
-      EXPECT_NE(state_of(window.process(frame), 0), MotionState::moving) << "bad mask in frame " << bad;
+      EXPECT_NE(state_of(window.process(frame), 0), MotionState::kMoving) << "bad mask in frame " << bad;
     }
   }
 }
@@ -111,7 +111,7 @@ TEST(ContourWindow, LeavesTheSeatedAloneWhenSomebodyPassesBeforeHim) {
     Billboard passer_by = walker(i);
     passer_by.z = 1.5;
     const ContourVerdicts verdicts = window.process(frame_of(i, {kSeated, passer_by}));
-    EXPECT_NE(state_of(verdicts, 0), MotionState::moving) << i;
+    EXPECT_NE(state_of(verdicts, 0), MotionState::kMoving) << i;
   }
 }
 
@@ -128,11 +128,11 @@ TEST(ContourWindow, JudgesAlsoWhereOnlySomeFramesHaveMasks) {
       }
       verdicts = window.process(frame);
       if (i == 20 + step) {
-        EXPECT_EQ(state_of(verdicts, 1), MotionState::moving) << "masks every " << step;
+        EXPECT_EQ(state_of(verdicts, 1), MotionState::kMoving) << "masks every " << step;
       }
     }
-    EXPECT_EQ(state_of(verdicts, 0), MotionState::still) << "masks every " << step;
-    EXPECT_EQ(state_of(verdicts, 1), MotionState::moving) << "masks every " << step;
+    EXPECT_EQ(state_of(verdicts, 0), MotionState::kStill) << "masks every " << step;
+    EXPECT_EQ(state_of(verdicts, 1), MotionState::kMoving) << "masks every " << step;
   }
 }
 
@@ -142,8 +142,8 @@ TEST(ContourWindow, HasNoOpinionWhileTheCameraIsLost) {
     ContourFrame frame = frame_of(i, {kSeated, walker(i)}, swaying_camera(i));
     frame.T_wc.reset();
     const ContourVerdicts verdicts = window.process(frame);
-    EXPECT_EQ(state_of(verdicts, 0), MotionState::candidate);
-    EXPECT_EQ(state_of(verdicts, 1), MotionState::candidate);
+    EXPECT_EQ(state_of(verdicts, 0), MotionState::kCandidate);
+    EXPECT_EQ(state_of(verdicts, 1), MotionState::kCandidate);
   }
 }
 
@@ -154,7 +154,7 @@ TEST(ContourWindow, DoesNotComparePosesOfTwoWorlds) {
     ContourFrame frame = frame_of(i, {kSeated});
     if (i == 30) window.start_new_world();
     if (i >= 30) frame.T_wc = new_world;
-    EXPECT_NE(state_of(window.process(frame), 0), MotionState::moving) << i;
+    EXPECT_NE(state_of(window.process(frame), 0), MotionState::kMoving) << i;
   }
 }
 
@@ -163,7 +163,7 @@ class KnownMover : public testing::Test {
   // Someone walks during frames 0 .. 29.
   void walk(ContourWindow& window) {
     for (std::size_t i = 0; i < 30; ++i) last_ = window.process(frame_of(i, {walker(i)}));
-    ASSERT_EQ(state_of(last_, 1), MotionState::moving);
+    ASSERT_EQ(state_of(last_, 1), MotionState::kMoving);
   }
   ContourVerdicts last_;
 };
@@ -172,7 +172,7 @@ TEST_F(KnownMover, IsMovingAtOnceWhenItComesBack) {
   ContourWindow window(kBillboardCamera, {});
   walk(window);
   last_ = window.process(frame_of(200, {walker(0)}));
-  EXPECT_EQ(state_of(last_, 1), MotionState::moving);
+  EXPECT_EQ(state_of(last_, 1), MotionState::kMoving);
   ASSERT_EQ(last_.dynamic.size(), 1U);
   EXPECT_EQ(last_.dynamic[0].first, 200U);
   EXPECT_EQ(last_.dynamic[0].last, 200U);
@@ -184,14 +184,14 @@ TEST_F(KnownMover, IsACandidateAgainWithoutTheRecordTable) {
   ContourWindow window(kBillboardCamera, options);
   walk(window);
   last_ = window.process(frame_of(200, {walker(0)}));
-  EXPECT_EQ(state_of(last_, 1), MotionState::candidate);
+  EXPECT_EQ(state_of(last_, 1), MotionState::kCandidate);
 }
 
 TEST_F(KnownMover, IsForgottenWhenItWasAwayForLong) {
   ContourWindow window(kBillboardCamera, {});
   walk(window);
   last_ = window.process(frame_of(29 + 301, {walker(0)}));
-  EXPECT_EQ(state_of(last_, 1), MotionState::candidate);
+  EXPECT_EQ(state_of(last_, 1), MotionState::kCandidate);
 }
 
 TEST_F(KnownMover, IsStillAgainWhenItHasStoodForAWindow) {
@@ -200,7 +200,7 @@ TEST_F(KnownMover, IsStillAgainWhenItHasStoodForAWindow) {
   std::optional<std::size_t> still_from;
   for (std::size_t i = 30; i < 90; ++i) {
     last_ = window.process(frame_of(i, {walker(30)}, swaying_camera(i - 30)));
-    const bool still = state_of(last_, 1) == MotionState::still;
+    const bool still = state_of(last_, 1) == MotionState::kStill;
     if (still && !still_from) still_from = i;
     if (still_from) {
       EXPECT_TRUE(still) << "nothing moves any more in frame " << i;
@@ -225,7 +225,7 @@ TEST(ContourWindow, AsksMoreOfThingsThatDoNotMoveByThemselves) {
     }
     EXPECT_NEAR(*verdicts.verdicts[0].similarity, 0.58, 0.04);
     EXPECT_EQ(state_of(verdicts, 0),
-              std::string(name) == "person" ? MotionState::moving : MotionState::still);
+              std::string(name) == "person" ? MotionState::kMoving : MotionState::kStill);
   }
 }
 

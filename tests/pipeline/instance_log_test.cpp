@@ -9,7 +9,13 @@ namespace ipl_slam {
 namespace {
 
 InstanceRecord person(std::uint32_t id, MotionState state, std::optional<double> similarity) {
-  return {InstanceId{id}, "person", 0.75F, {10, 20, 30, 40}, 900, 0, ContourVerdict{InstanceId{id}, state, similarity}};
+  return {InstanceId{id},
+          "person",
+          0.75F,
+          {10, 20, 30, 40},
+          900,
+          0,
+          ContourVerdict{InstanceId{id}, state, similarity}};
 }
 
 FrameRecord frame(std::size_t index, int mask_age, std::vector<InstanceRecord> instances) {
@@ -30,7 +36,7 @@ std::vector<nlohmann::json> parsed(const std::string& lines) {
 
 TEST(InstanceLog, TellsOfEveryFrameWhoIsInItAndWhatWasDecided) {
   SequenceRun run;
-  run.frames = {frame(3, 2, {person(7, MotionState::still, 0.91)}), frame(4, -1, {})};
+  run.frames = {frame(3, 2, {person(7, MotionState::kStill, 0.91)}), frame(4, -1, {})};
   const std::vector<nlohmann::json> lines = parsed(instances_jsonl(run, {}));
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0]["frame"], 3);
@@ -51,8 +57,9 @@ TEST(InstanceLog, TellsOfEveryFrameWhoIsInItAndWhatWasDecided) {
 
 TEST(InstanceLog, MarksMasksThatWereFoundDynamicLater) {
   SequenceRun run;
-  for (std::size_t i = 0; i < 4; ++i) run.frames.push_back(frame(i, 0, {person(1, MotionState::candidate, {})}));
-  run.frames.push_back(frame(4, 0, {person(1, MotionState::moving, 0.4)}));
+  for (std::size_t i = 0; i < 4; ++i)
+    run.frames.push_back(frame(i, 0, {person(1, MotionState::kCandidate, {})}));
+  run.frames.push_back(frame(4, 0, {person(1, MotionState::kMoving, 0.4)}));
   DynamicSpans dynamic;
   dynamic.add({InstanceId{1}, 2, 4});
   const std::vector<nlohmann::json> lines = parsed(instances_jsonl(run, dynamic));
@@ -64,7 +71,7 @@ TEST(InstanceLog, MarksMasksThatWereFoundDynamicLater) {
 }
 
 TEST(InstanceLog, SaysNothingOfMotionWhereNobodyJudged) {
-  InstanceRecord record = person(0, MotionState::still, {});
+  InstanceRecord record = person(0, MotionState::kStill, {});
   record.verdict.reset();
   const nlohmann::json line = nlohmann::json::parse(instances_line(0, 0.0, 0, {record}));
   EXPECT_FALSE(line["instances"][0].contains("state"));

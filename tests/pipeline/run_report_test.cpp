@@ -79,7 +79,8 @@ TEST(RunSummary, HoldsVersionSettingCameraMapAndTimes) {
   EXPECT_GT(json["map"]["landmarks"], 100);
   EXPECT_GT(json["peak_memory_bytes"], 1 << 20);
   EXPECT_GT(json["frames_per_second"], 0.0);
-  for (const char* stage : {"load", "features", "instances", "segmentation", "tracks", "contours", "tracking", "frame"}) {
+  for (const char* stage :
+       {"load", "features", "instances", "segmentation", "tracks", "contours", "tracking", "frame"}) {
     const auto& times = json["timing_ms"][stage];
     EXPECT_EQ(times["count"], 8) << stage;
     EXPECT_LE(times["p50"], times["p90"]) << stage;
