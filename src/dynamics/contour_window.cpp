@@ -53,6 +53,12 @@ ContourWindowOptions paper_contour_window() {
   return options;
 }
 
+ContourVerdict ContourVerdicts::of(InstanceId id) const {
+  const auto found =
+      std::find_if(verdicts.begin(), verdicts.end(), [&](const ContourVerdict& v) { return v.id == id; });
+  return found != verdicts.end() ? *found : ContourVerdict{id, MotionState::kCandidate, std::nullopt};
+}
+
 const char* to_string(MotionState state) {
   switch (state) {
     case MotionState::kCandidate:

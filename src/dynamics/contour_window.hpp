@@ -95,6 +95,9 @@ struct DynamicSpan {
 struct ContourVerdicts {
   std::vector<ContourVerdict> verdicts;  ///< one per instance of the frame, in its order
   std::vector<DynamicSpan> dynamic;      ///< marks, also of frames that have passed; they may repeat
+
+  /// The verdict on an instance of the frame; on any other that it is a candidate.
+  [[nodiscard]] ContourVerdict of(InstanceId id) const;
 };
 
 /// Tells which instances moved, by the similarity of their masks inside a sliding window (paper,

@@ -35,9 +35,8 @@ const std::string& InstanceTracker::Track::class_name() const {
 }
 
 std::vector<TrackedInstance> InstanceTracker::update(const CarryView& view,
-                                                     const std::vector<Instance>& detections,
-                                                     const SE3* T_to_from) {
-  advance(view, T_to_from);
+                                                     const std::vector<Instance>& detections) {
+  advance(view);
   std::vector<Candidate> found = candidates(view, without_duplicates(detections));
   associate(found, true, &InstanceTracker::overlap);
   join_parts(found);
@@ -63,17 +62,18 @@ std::vector<TrackedInstance> InstanceTracker::update(const CarryView& view,
   return in_view();
 }
 
-std::vector<TrackedInstance> InstanceTracker::carry(const CarryView& view, const SE3* T_to_from) {
-  advance(view, T_to_from);
+std::vector<TrackedInstance> InstanceTracker::carry(const CarryView& view) {
+  advance(view);
   return in_view();
 }
 
 // Everything that is remembered moves on to the new frame.
-void InstanceTracker::advance(const CarryView& view, const SE3* T_to_from) {
+void InstanceTracker::advance(const CarryView& view) {
   if (!view_.pyramid.empty() && view.index <= view_.index) {
     throw std::invalid_argument("instance tracker: frames must come in order");
   }
   const int frames = view_.pyramid.empty() ? 0 : static_cast<int>(view.index - view_.index);
+  const std::optional<SE3> T_to_from = motion_between(view_, view);
   std::vector<Track*> visible;
   std::vector<const BitMask*> masks;
   for (Track& track : tracks_) {
@@ -82,12 +82,12 @@ void InstanceTracker::advance(const CarryView& view, const SE3* T_to_from) {
     if (track.in_sight()) {
       visible.push_back(&track);
       masks.push_back(&track.mask);
-    } else if (T_to_from != nullptr && track.place.z() > 0.0) {
+    } else if (T_to_from && track.place.z() > 0.0) {
       track.place = *T_to_from * track.place;
     }
   }
   std::vector<CarriedMask> carried;
-  if (!masks.empty()) carried = carrier_.carry(view_, masks, view, T_to_from);
+  if (!masks.empty()) carried = carrier_.carry(view_, masks, view);
   for (std::size_t i = 0; i < visible.size(); ++i) {
     Track& track = *visible[i];
     const bool supported = carried[i].followed ? carried[i].support >= options_.min_support

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -76,15 +77,15 @@ class InstanceTracker {
       : camera_(camera), options_(options), carrier_(camera, carrier) {}
 
   /// What the other calls need of a frame.
-  [[nodiscard]] CarryView view(const RgbdFrame& frame) const { return carrier_.view(frame); }
+  [[nodiscard]] CarryView view(const RgbdFrame& frame, const std::optional<SE3>& T_wc = {}) const {
+    return carrier_.view(frame, T_wc);
+  }
 
-  /// A frame with detections. Frames must come in order; T_to_from: the camera's motion since the frame of
-  /// the last call (camera coordinates there into those here), or null where it is not known. Returns the
-  /// instances in view in the order of their ids: detected ones and those that are carried on.
-  std::vector<TrackedInstance> update(const CarryView& view, const std::vector<Instance>& detections,
-                                      const SE3* T_to_from = nullptr);
+  /// A frame with detections. Frames must come in order. Returns the instances in view in the order of their
+  /// ids: detected ones and those that are carried on.
+  std::vector<TrackedInstance> update(const CarryView& view, const std::vector<Instance>& detections);
   /// A frame that was not segmented.
-  std::vector<TrackedInstance> carry(const CarryView& view, const SE3* T_to_from = nullptr);
+  std::vector<TrackedInstance> carry(const CarryView& view);
 
  private:
   struct Track {
@@ -113,7 +114,7 @@ class InstanceTracker {
   };
   using Score = double (InstanceTracker::*)(const Track&, const Candidate&) const;
 
-  void advance(const CarryView& view, const SE3* T_to_from);
+  void advance(const CarryView& view);
   [[nodiscard]] std::vector<Instance> without_duplicates(const std::vector<Instance>& detections) const;
   [[nodiscard]] std::vector<Candidate> candidates(const CarryView& view,
                                                   std::vector<Instance> detections) const;

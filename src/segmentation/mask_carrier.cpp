@@ -70,12 +70,12 @@ class Carry {
     new_range_ = range_;
   }
 
-  [[nodiscard]] CarriedMask run(const SE3* T_to_from) {
+  [[nodiscard]] CarriedMask run() {
     CarriedMask carried;
     carried.mask = BitMask(mask_.size());
     if (box_.empty()) return carried;
     const std::vector<cv::Point2f> points = choose_points();
-    const cv::Point shift = coarse_shift(camera_shift(T_to_from));
+    const cv::Point shift = coarse_shift(camera_shift());
     std::vector<PointMove> moves = follow(points, shift);
     carried.followed = static_cast<int>(moves.size()) >= options_.min_points;
     carried.support =
@@ -101,7 +101,7 @@ class Carry {
     return raw == 0 || !range_.known() || range_.holds(raw);
   }
 
-  cv::Point camera_shift(const SE3* T_to_from) const;
+  cv::Point camera_shift() const;
   cv::Point coarse_shift(cv::Point expected) const;
   std::vector<cv::Point2f> choose_points() const;
   std::vector<PointMove> follow(const std::vector<cv::Point2f>& points, cv::Point shift) const;
@@ -120,9 +120,10 @@ class Carry {
 };
 
 // The shift of the coarse image, in its pixels, by which an instance moves that stands still in the world.
-cv::Point Carry::camera_shift(const SE3* T_to_from) const {
+cv::Point Carry::camera_shift() const {
+  const std::optional<SE3> T_to_from = motion_between(from_, to_);
   constexpr double kNearest = 0.1;  // m; what lies nearer to the new camera, or behind it, is out of view
-  if (T_to_from == nullptr || !range_.known()) return {0, 0};
+  if (!T_to_from || !range_.known()) return {0, 0};
   const Eigen::Vector2d before(box_.x + 0.5 * box_.width, box_.y + 0.5 * box_.height);
   const Eigen::Vector3d point =
       *T_to_from * camera_.unproject(camera_.undistort(before), range_.centre / camera_.depth_scale);
@@ -341,7 +342,12 @@ void Carry::grow(const MotionField& field, BitMask& mask) const {
 
 }  // namespace
 
-CarryView MaskCarrier::view(const RgbdFrame& frame) const {
+std::optional<SE3> motion_between(const CarryView& from, const CarryView& to) {
+  if (!from.T_wc || !to.T_wc) return std::nullopt;
+  return to.T_wc->inverse() * *from.T_wc;
+}
+
+CarryView MaskCarrier::view(const RgbdFrame& frame, const std::optional<SE3>& T_wc) const {
   const cv::Size size(camera_.width, camera_.height);
   if (frame.color.size() != size || frame.depth.size() != size || frame.depth.type() != CV_16UC1) {
     throw std::invalid_argument("mask carrier: colour and depth must have the camera's size, depth 16 bits");
@@ -349,6 +355,7 @@ CarryView MaskCarrier::view(const RgbdFrame& frame) const {
   CarryView view;
   view.index = frame.index;
   view.timestamp = frame.timestamp;
+  view.T_wc = T_wc;
   view.depth = frame.depth;
   cv::resize(frame.color, view.color, size / 2, 0, 0, cv::INTER_AREA);
   cv::Mat grey = view.color;
@@ -360,10 +367,9 @@ CarryView MaskCarrier::view(const RgbdFrame& frame) const {
 }
 
 std::vector<CarriedMask> MaskCarrier::carry(const CarryView& from, const std::vector<const BitMask*>& masks,
-                                            const CarryView& to, const SE3* T_to_from) const {
+                                            const CarryView& to) const {
   std::vector<CarriedMask> carried;
-  for (const BitMask* mask : masks)
-    carried.push_back(Carry(camera_, options_, from, to, *mask).run(T_to_from));
+  for (const BitMask* mask : masks) carried.push_back(Carry(camera_, options_, from, to, *mask).run());
   return carried;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -46,11 +47,16 @@ struct MaskCarrierOptions {
 struct CarryView {
   std::size_t index = 0;         ///< of the frame
   double timestamp = 0.0;        ///< of the frame, s
+  std::optional<SE3> T_wc;       ///< camera to world, as far as it is known
   std::vector<cv::Mat> pyramid;  ///< of the halved grey image, as cv::buildOpticalFlowPyramid makes it
   cv::Mat color;                 ///< the frame's, halved
   cv::Mat depth;                 ///< CV_16UC1, raw, the frame's own
   cv::Mat coarse_depth;          ///< depth of every 8th pixel
 };
+
+/// The camera's motion between two views: maps points of the camera frame of `from` into that of `to`.
+/// Nothing where the pose of either is not known.
+[[nodiscard]] std::optional<SE3> motion_between(const CarryView& from, const CarryView& to);
 
 /// A mask as it lies in another frame.
 struct CarriedMask {
@@ -74,14 +80,13 @@ class MaskCarrier {
       : camera_(camera), options_(options) {}
 
   /// Throws std::invalid_argument for images that are not of the camera's size.
-  [[nodiscard]] CarryView view(const RgbdFrame& frame) const;
+  [[nodiscard]] CarryView view(const RgbdFrame& frame, const std::optional<SE3>& T_wc = {}) const;
 
-  /// The masks of `from` as they lie in `to`, in the same order. T_to_from: the camera's motion (maps points
-  /// of the camera frame of `from` into that of `to`), or null where it is not known; what stands still is
-  /// then looked for where it must be.
+  /// The masks of `from` as they lie in `to`, in the same order. Where both views have a pose the camera's
+  /// motion says where to look first.
   [[nodiscard]] std::vector<CarriedMask> carry(const CarryView& from,
-                                               const std::vector<const BitMask*>& masks, const CarryView& to,
-                                               const SE3* T_to_from = nullptr) const;
+                                               const std::vector<const BitMask*>& masks,
+                                               const CarryView& to) const;
 
  private:
   Camera camera_;

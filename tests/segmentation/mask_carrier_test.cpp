@@ -13,9 +13,11 @@ using test::draw;
 using test::DrawnFrame;
 using test::Figure;
 
-CarriedMask carry_first(const DrawnFrame& from, const DrawnFrame& to, const SE3* T_to_from = nullptr) {
+CarriedMask carry_first(const DrawnFrame& from, const DrawnFrame& to, const std::optional<SE3>& T_w_from = {},
+                        const std::optional<SE3>& T_w_to = {}) {
   const MaskCarrier carrier(test::drawn_camera());
-  return carrier.carry(carrier.view(from.rgbd), {&from.instances[0].mask}, carrier.view(to.rgbd), T_to_from)
+  return carrier
+      .carry(carrier.view(from.rgbd, T_w_from), {&from.instances[0].mask}, carrier.view(to.rgbd, T_w_to))
       .front();
 }
 
@@ -85,7 +87,7 @@ TEST(MaskCarrier, MovesWithTheCameraWhereNothingCanBeFollowed) {
   to.rgbd.color.setTo(128);
   // 20 pixels at 2 m.
   const SE3 T_to_from(Eigen::Quaterniond::Identity(), {20.0 * 2.0 / test::drawn_camera().fx, 0.0, 0.0});
-  const CarriedMask carried = carry_first(from, to, &T_to_from);
+  const CarriedMask carried = carry_first(from, to, T_to_from, SE3());
   EXPECT_FALSE(carried.followed);
   EXPECT_GT(iou(carried.mask, to.instances[0].mask), kGood);
 }
