@@ -13,7 +13,7 @@ namespace {
 
 // Frames that masks can be carried through one after the other; where segmentation takes longer they take a
 // leap.
-constexpr std::size_t kMostViews = 60;
+constexpr std::size_t kMostViews = 30;
 
 /// The frames since the last one that was segmented, shared by tracking and segmentation.
 class RecentViews {
