@@ -13,9 +13,10 @@
 #include "dataset/trajectory.hpp"
 #include "evaluation/report.hpp"
 #include "evaluation/trajectory_plot.hpp"
+#include "frame_folder.hpp"
 #include "output.hpp"
-#include "overlay_folder.hpp"
 #include "pipeline/instance_log.hpp"
+#include "pipeline/instance_overlay.hpp"
 #include "pipeline/map_view.hpp"
 #include "pipeline/realtime_source.hpp"
 #include "pipeline/run_report.hpp"
@@ -68,7 +69,7 @@ class OutputFolder {
     std::error_code ignored;
     for (const char* name : {"summary.json", "trajectory.png", "instances.jsonl"})
       fs::remove(folder_ / name, ignored);
-    fs::remove_all(folder_ / "overlays", ignored);
+    FrameFolder::clear(folder_ / "overlays");
   }
 
  private:
@@ -77,7 +78,7 @@ class OutputFolder {
 };
 
 SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_t max_frames,
-                              OverlayFolder* overlays) {
+                              const FrameFolder* overlays) {
   const std::size_t total = max_frames > 0 && max_frames < source.size() ? max_frames : source.size();
   std::optional<ProgressBar> bar;
   if (says_remarks()) bar.emplace("tracking", total);
@@ -86,8 +87,8 @@ SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_
   hooks.stop = interrupted;
   hooks.frame_done = [&](const RgbdFrame& frame) {
     if (!overlays) return;
-    overlays->add(frame, pipeline.last_instances(),
-                  [&](InstanceId id) { return pipeline.instances().verdict(id); });
+    const auto verdict = [&](InstanceId id) { return pipeline.instances().verdict(id); };
+    overlays->add(frame.timestamp, ".jpg", draw_instances(frame.color, pipeline.last_instances(), verdict));
   };
   hooks.item_taken = [&](const SequenceRun& run) {
     if (!bar) return;
@@ -147,10 +148,11 @@ std::optional<Trajectory> read_ground_truth(const std::optional<fs::path>& file)
 }
 
 void write_results(const OutputFolder& output, const SequenceRun& result, const RunSetting& setting,
-                   const std::optional<Trajectory>& truth, const Pipeline& pipeline) {
+                   const std::optional<Trajectory>& truth, const Pipeline& pipeline, FrameFolder* overlays) {
   const Trajectory trajectory = pipeline.trajectory();
   const std::optional<Evaluation> evaluation = evaluate_run(truth, trajectory);
   output.make_way();
+  if (overlays) overlays->keep();
   write_trajectory(output / "trajectory.txt", trajectory);
   write_trajectory(output / "keyframes.txt", pipeline.keyframe_trajectory());
   write_file_atomically(output / "timings.csv", timings_csv(result));
@@ -188,7 +190,6 @@ void run(const RunOptions& options) {
                options.sequence.dataset.max_difference);
   }
   const std::optional<Trajectory> truth = read_ground_truth(dataset->ground_truth());
-  const OutputFolder output(options.output);
   install_interrupt_handler();
 
   std::unique_ptr<RgbdSource> source = std::make_unique<PrefetchingSource>(std::move(dataset));
@@ -196,20 +197,21 @@ void run(const RunOptions& options) {
     source = std::make_unique<RealtimeSource>(
         std::move(source), static_cast<std::size_t>(config.schedule.frame_queue), interrupted);
   }
-  Pipeline pipeline(camera, config);
-  std::optional<OverlayFolder> overlays;
+  Pipeline pipeline(camera, config);  // before the output folder: it may find that there is no such model
+  const OutputFolder output(options.output);
+  std::optional<FrameFolder> overlays;
   if (options.save_overlays) overlays.emplace(output / "overlays");
   const SequenceRun result =
       run_with_progress(*source, pipeline, options.sequence.max_frames, overlays ? &*overlays : nullptr);
   try {
     judge(result, options, config);
   } catch (const UserError&) {
+    overlays.reset();
     output.leave_no_trace();
     throw;
   }
   for (const std::string& remark : pipeline.instances().remarks()) log().warn("{}", remark);
-  write_results(output, result, setting, truth, pipeline);
-  if (overlays) overlays->keep();
+  write_results(output, result, setting, truth, pipeline, overlays ? &*overlays : nullptr);
   if (result.interrupted) exit_code() = kInterrupted;
 }
 
@@ -230,8 +232,7 @@ void add_run_verb(CLI::App& app) {
                  "Write each frame with its instances drawn in to RUN_DIR/overlays");
   verb->add_flag("--realtime", options->realtime,
                  "Play at recorded speed, with segmentation and mapping on threads of their own; frames that "
-                 "come too late are dropped and "
-                 "counted, and no two runs are alike");
+                 "come too late are dropped and counted, and no two runs are alike");
   verb->add_option("--threads", options->threads,
                    "Threads inside a stage, 1 to 64; the result does not depend on it (default: 1)")
       ->type_name("N")

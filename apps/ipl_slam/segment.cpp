@@ -16,8 +16,8 @@
 #include "dataset/prefetching_source.hpp"
 #include "evaluation/mask_score.hpp"
 #include "evaluation/statistics.hpp"
+#include "frame_folder.hpp"
 #include "output.hpp"
-#include "overlay_folder.hpp"
 #include "pipeline/instance_log.hpp"
 #include "pipeline/instance_overlay.hpp"
 #include "segmentation/instance_tracker.hpp"
@@ -81,11 +81,12 @@ class Judge {
 
   void add(const RgbdFrame& frame, const std::vector<Instance>& found) {
     const BitMask truth = union_of(truth_.segment(frame), frame.color.size());
-    if (truth.area() < min_area_ * frame.color.size().area()) return;
+    if (truth.none() || truth.area() < min_area_ * frame.color.size().area()) return;
     score_.add(union_of(found, frame.color.size()), truth);
     ++frames_;
   }
   void print() const {
+    for (const std::string& remark : truth_.remarks()) log().warn("{}", remark);
     fmt::print("pixels against the truth, over the {} frames where it covers {:g} % of the image or more\n",
                frames_, 100.0 * min_area_);
     if (frames_ == 0) return;
@@ -101,27 +102,21 @@ class Judge {
 };
 
 // A label image and what its values mean, as the "masks" segmenter reads them.
-void save_masks(const fs::path& folder, const RgbdFrame& frame,
-                const std::vector<TrackedInstance>& instances) {
+void save_masks(const FrameFolder& folder, const RgbdFrame& frame, std::vector<TrackedInstance> instances) {
+  constexpr unsigned kLabels = 65535;  // that 16 bits hold besides 0
+  std::stable_sort(instances.begin(), instances.end(),
+                   [](const TrackedInstance& a, const TrackedInstance& b) {
+                     return a.instance.score < b.instance.score;  // the best is painted last
+                   });
   cv::Mat labels = cv::Mat::zeros(frame.color.size(), CV_16UC1);
   std::string classes;
-  for (auto it = instances.rbegin(); it != instances.rend(); ++it) {  // the best is painted last
-    const unsigned label = it->id.value + 1;
-    labels.setTo(cv::Scalar(label), it->instance.mask.to_image());
-    classes += fmt::format("{} {} {:.4f}\n", label, it->instance.class_name, it->instance.score);
+  for (const TrackedInstance& t : instances) {
+    const unsigned label = t.id.value % kLabels + 1;
+    labels.setTo(cv::Scalar(label), t.instance.mask.to_image());
+    classes += fmt::format("{} {} {:.4f}\n", label, t.instance.class_name, t.instance.score);
   }
-  const std::string stem = fmt::format("{:.6f}", frame.timestamp);
-  write_image_atomically(folder / (stem + ".png"), labels);
-  write_file_atomically(folder / (stem + ".txt"), classes);
-}
-
-std::vector<InstanceRecord> records_of(const std::vector<TrackedInstance>& tracked) {
-  std::vector<InstanceRecord> records;
-  for (const TrackedInstance& t : tracked) {
-    const Instance& i = t.instance;
-    records.push_back({t.id, i.class_name, i.score, i.box, i.mask.area(), t.frames_carried, std::nullopt});
-  }
-  return records;
+  folder.add(frame.timestamp, ".png", labels);
+  folder.add(frame.timestamp, ".txt", classes);
 }
 
 fs::path made_folder(const fs::path& folder) {
@@ -149,6 +144,10 @@ void segment_image(const SegmentOptions& options, const Config& config) {
   if (config.segmentation.segmenter != "yolo") {
     throw UserError(fmt::format("'{}': a single image needs a network; give --model FILE", file.string()));
   }
+  if (options.save_masks || !options.truth.empty()) {
+    throw UserError(
+        fmt::format("'{}' is a single image; --save-masks and --truth are for sequences", file.string()));
+  }
   YoloSegmenter segmenter(config.segmentation.yolo);
   RgbdFrame frame;
   frame.color = read_image(file);
@@ -165,7 +164,7 @@ void segment_image(const SegmentOptions& options, const Config& config) {
                instance.mask.area());
     shown.push_back({InstanceId{static_cast<std::uint32_t>(shown.size())}, instance, 0});
   }
-  const fs::path picture = made_folder(options.output) / (file.stem().string() + ".jpg");
+  const fs::path picture = made_folder(options.output) / (file.stem().string() + "_instances.jpg");
   write_image_atomically(picture, draw_instances(frame.color, shown));
   const cv::Size input = segmenter.input_size(frame.color.size());
   fmt::print("{} instances, network input {}x{}\n", found.size(), input.width, input.height);
@@ -173,32 +172,70 @@ void segment_image(const SegmentOptions& options, const Config& config) {
   fmt::print("picture in {}\n", picture.string());
 }
 
+// What is made of a sequence: files per frame, and figures for the end.
+class SequenceResult {
+ public:
+  SequenceResult(const SegmentOptions& options, std::optional<Judge> judge)
+      : output_(made_folder(options.output)), overlays_(output_ / "overlays"), judge_(std::move(judge)) {
+    if (options.save_masks) masks_.emplace(output_ / "masks");
+  }
+
+  void add(const RgbdFrame& frame, const std::vector<Instance>& found,
+           const std::vector<TrackedInstance>& tracked) {
+    instances_ += found.size();
+    if (judge_) judge_->add(frame, found);
+    overlays_.add(frame.timestamp, ".jpg", draw_instances(frame.color, tracked));
+    if (masks_) save_masks(*masks_, frame, tracked);
+    std::vector<InstanceRecord> records;
+    for (const TrackedInstance& t : tracked) records.push_back(record_of(t));
+    lines_ += instances_line(frame.index, frame.timestamp, 0, records);
+  }
+
+  void write() {
+    overlays_.keep();
+    if (masks_) masks_->keep();
+    write_file_atomically(output_ / "instances.jsonl", lines_);
+  }
+  void print(const Segmenter& segmenter, const Times& times, std::size_t skipped) const {
+    for (const std::string& remark : segmenter.remarks()) log().warn("{}", remark);
+    fmt::print("{} images, {} skipped, {} instances found by {}\n", times.total.size(), skipped, instances_,
+               segmenter.name());
+    times.print();
+    if (judge_) judge_->print();
+    fmt::print("results in {}\n", output_.string());
+  }
+
+ private:
+  fs::path output_;
+  FrameFolder overlays_;
+  std::optional<FrameFolder> masks_;
+  std::optional<Judge> judge_;
+  std::string lines_;  // of instances.jsonl
+  std::size_t instances_ = 0;
+};
+
 void segment_sequence(const SegmentOptions& options, const Config& config) {
   const Camera camera = options.sequence.load_camera();
-  const cv::Size size(camera.width, camera.height);
-  auto dataset =
-      std::make_unique<TumDataset>(options.sequence.folder, camera, options.sequence.dataset_options());
+  PrefetchingSource source(
+      std::make_unique<TumDataset>(options.sequence.folder, camera, options.sequence.dataset_options()));
   const std::unique_ptr<Segmenter> segmenter = make_segmenter(config.segmentation, camera);
   if (!segmenter) throw UserError("--segmenter none leaves nothing to do; choose yolo, masks or geometric");
+  InstanceTracker tracker(camera, config.instances, config.mask_carrier);
   std::optional<Judge> judge;
-  if (!options.truth.empty()) judge.emplace(options.truth, options.truth_min_area, size);
-  const fs::path output = made_folder(options.output);
-  OverlayFolder overlays(output / "overlays");
-  const fs::path masks = options.save_masks ? made_folder(output / "masks") : fs::path();
+  if (!options.truth.empty()) {
+    judge.emplace(options.truth, options.truth_min_area, cv::Size(camera.width, camera.height));
+  }
+  SequenceResult result(options, std::move(judge));
   install_interrupt_handler();
 
-  PrefetchingSource source(std::move(dataset));
-  InstanceTracker tracker(camera, config.instances, config.mask_carrier);
   const std::size_t limit = options.sequence.max_frames;
   std::optional<ProgressBar> bar;
   if (says_remarks()) bar.emplace("segmenting", limit > 0 ? std::min(limit, source.size()) : source.size());
   Times times;
-  std::string log_lines;
-  std::size_t taken = 0, instances = 0, skipped = 0;
-  while (!interrupted() && (limit == 0 || taken < limit)) {
+  std::size_t skipped = 0;
+  for (std::size_t taken = 0; !interrupted() && (limit == 0 || taken < limit); ++taken) {
     const std::optional<SourceItem> item = source.next();
     if (!item) break;
-    ++taken;
     if (bar) bar->advance();
     if (!item->frame) {
       ++skipped;
@@ -208,43 +245,35 @@ void segment_sequence(const SegmentOptions& options, const Config& config) {
     const Stopwatch stopwatch;
     const std::vector<Instance> found = segmenter->segment(frame);
     times.add(stopwatch.milliseconds(), *segmenter);
-    if (judge) judge->add(frame, found);
-    instances += found.size();
-    const std::vector<TrackedInstance> tracked = tracker.update(tracker.view(frame), found);
-    overlays.add(frame, tracked);
-    if (options.save_masks) save_masks(masks, frame, tracked);
-    log_lines += instances_line(frame.index, frame.timestamp, 0, records_of(tracked));
+    result.add(frame, found, tracker.update(tracker.view(frame), found));
   }
   bar.reset();
-  if (times.total.empty()) {
+  if (times.total.empty() && !interrupted()) {
     throw UserError(fmt::format("'{}': none of its frames could be used; see 'ipl_slam run'",
                                 options.sequence.folder.string()));
   }
-  overlays.keep();
-  write_file_atomically(output / "instances.jsonl", log_lines);
+  result.write();
   if (interrupted()) {
     log().warn("interrupted; the results cover what was read until then");
     exit_code() = kInterrupted;
   }
-  fmt::print("{} images, {} skipped, {} instances found by {}\n", times.total.size(), skipped, instances,
-             segmenter->name());
-  for (const std::string& remark : segmenter->remarks()) log().warn("{}", remark);
-  times.print();
-  if (judge) judge->print();
-  fmt::print("results in {}\n", output.string());
+  result.print(*segmenter, times, skipped);
 }
 
 void segment(const SegmentOptions& options) {
   Config config = options.sequence.load_config();
   options.segmenter.apply(config);
-  fs::is_regular_file(options.sequence.folder) ? segment_image(options, config)
-                                               : segment_sequence(options, config);
+  const fs::path& what = options.sequence.folder;
+  std::error_code error;
+  if (!fs::exists(what, error)) throw UserError(fmt::format("'{}': no such image or folder", what.string()));
+  fs::is_regular_file(what, error) ? segment_image(options, config) : segment_sequence(options, config);
 }
 
 }  // namespace
 
 void add_segment_verb(CLI::App& app) {
-  auto* verb = app.add_subcommand("segment", "Find the instances in an image or a sequence, and draw them");
+  auto* verb = app.add_subcommand(
+      "segment", "Find the instances in an image, or in every frame of a sequence, and draw them");
   auto options = std::make_shared<SegmentOptions>();
   options->sequence.add_to(*verb, "An image, or a folder in TUM RGB-D layout");
   options->segmenter.add_to(*verb);

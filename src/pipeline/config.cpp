@@ -18,6 +18,7 @@ Config preset(std::string_view name) {
     // noise is this much noise in inverse depth.
     config.depth.inverse_depth_sigma = 1.0 / 40.0;
     config.keyframes.max_interval = 1.0;
+    config.segmentation.yolo.image_side = 640;  // the paper does not say; it is what YOLOv8 is trained for
     config.contours = paper_contour_window();
     return config;
   }

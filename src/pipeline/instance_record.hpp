@@ -7,6 +7,7 @@
 
 #include "common/ids.hpp"
 #include "dynamics/contour_window.hpp"
+#include "segmentation/instance.hpp"
 
 namespace ipl_slam {
 
@@ -21,5 +22,11 @@ struct InstanceRecord {
   /// As known when the frame had been worked off; nothing where instances are not judged.
   std::optional<ContourVerdict> verdict;
 };
+
+/// Without a verdict.
+[[nodiscard]] inline InstanceRecord record_of(const TrackedInstance& tracked) {
+  const Instance& i = tracked.instance;
+  return {tracked.id, i.class_name, i.score, i.box, i.mask.area(), tracked.frames_carried, std::nullopt};
+}
 
 }  // namespace ipl_slam

@@ -94,9 +94,8 @@ void Pipeline::finish() {
 std::vector<InstanceRecord> Pipeline::instance_records() const {
   std::vector<InstanceRecord> records;
   for (const TrackedInstance& tracked : last_instances_) {
-    const Instance& instance = tracked.instance;
-    records.push_back({tracked.id, instance.class_name, instance.score, instance.box, instance.mask.area(),
-                       tracked.frames_carried, instances_->verdict(tracked.id)});
+    records.push_back(record_of(tracked));
+    records.back().verdict = instances_->verdict(tracked.id);
   }
   return records;
 }

@@ -69,9 +69,11 @@ Json timing_json(const SequenceRun& run, const InstanceTimes& instances) {
           {"tracks", distribution(instances.tracks)},
           {"contours", distribution(instances.contours)},
           {"tracking", stage_times(run, [](const FrameRecord& f) { return f.result.times.tracking; })},
-          {"frame",
-           stage_times(
-               run, [](const FrameRecord& f) { return f.result.times.features + f.result.times.tracking; })},
+          {"frame", stage_times(run,
+                                [](const FrameRecord& f) {
+                                  const FrameTimes& t = f.result.times;
+                                  return t.features + t.instances + t.tracking;
+                                })},
           {"mapping", stage_times(
                           run, [](const FrameRecord& f) { return f.mapping; }, true)}};
 }

@@ -91,11 +91,36 @@ TEST_F(Segment, ComparesWithTrueMasks) {
 
 TEST_F(Segment, SavesMasksThatItReadsBackTheSame) {
   ASSERT_EQ(segment({"--masks", room(), "--save-masks"}).code, 0);
-  const std::string saved = output() / "masks";
+  const fs::path saved = folder_ / "saved";
+  fs::rename(output() / "masks", saved);
   EXPECT_EQ(files_in(saved), 2U * kFrames) << "a label image and a class list per frame";
-  const Finished again = segment({"--masks", saved, "--truth", room(), "--truth-min-area", "0"});
-  ASSERT_EQ(again.code, 0) << again.err;
-  EXPECT_THAT(again.out, HasSubstr("recall 1.000, precision 1.000"));
+  const std::string journal = content_of(output() / "instances.jsonl");
+  ASSERT_EQ(segment({"--masks", saved.string()}).code, 0);
+  EXPECT_EQ(content_of(output() / "instances.jsonl"), journal) << "other boxes, classes, scores or ids";
+}
+
+TEST_F(Segment, SaysSoWhereTheTruthIsThatOfAnotherSequence) {
+  const fs::path other = folder_ / "other";
+  fs::create_directories(other);
+  cv::imwrite((other / "99.000000.png").string(), cv::Mat(240, 320, CV_8UC1, cv::Scalar(1)));
+  const Finished finished = segment({"--masks", room(), "--truth", other.string(), "--truth-min-area", "0"});
+  EXPECT_EQ(finished.code, 0);
+  EXPECT_THAT(finished.out, HasSubstr("over the 0 frames"));
+  EXPECT_THAT(finished.err, HasSubstr(other.string()));
+}
+
+TEST_F(Segment, TouchesNoFileOfItsUser) {
+  const fs::path mine = output() / "overlays" / "mine.txt";
+  fs::create_directories(mine.parent_path());
+  std::ofstream(mine) << "mine";
+  ASSERT_EQ(segment({"--masks", room()}).code, 0);
+  EXPECT_EQ(content_of(mine), "mine");
+  EXPECT_EQ(files_in(output() / "overlays"), kFrames + 1U);
+  ASSERT_EQ(segment({"--masks", room(), "--max-frames", "3"}).code, 0);
+  EXPECT_EQ(files_in(output() / "overlays"), 4U) << "those of the run before are replaced";
+  ASSERT_EQ(ipl_slam_program({"run", room(), "-o", output().string(), "--segmenter", "none"}).code, 0);
+  EXPECT_EQ(content_of(mine), "mine");
+  EXPECT_EQ(files_in(output() / "overlays"), 1U);
 }
 
 TEST_F(Segment, NeedsNoNetworkByDefault) {
@@ -111,7 +136,7 @@ TEST_F(Segment, FindsWhatANetworkSeesInAPicture) {
   ASSERT_EQ(finished.code, 0) << finished.err;
   EXPECT_THAT(finished.out, HasSubstr("red thing"));
   EXPECT_THAT(finished.out, HasSubstr("inference"));
-  EXPECT_FALSE(cv::imread((output() / "red.jpg").string()).empty());
+  EXPECT_FALSE(cv::imread((output() / "red_instances.jpg").string()).empty());
 }
 
 TEST_F(Segment, RefusesWhatCannotBe) {
@@ -121,7 +146,14 @@ TEST_F(Segment, RefusesWhatCannotBe) {
   expect_refused(segment({"--segmenter", "yolo"}), {"--model"});
   expect_refused(segment({"--model", "/nowhere/model.onnx"}), {"/nowhere/model.onnx"});
   expect_refused(segment({"--masks", "/nowhere"}), {"/nowhere"});
-  expect_refused(ipl_slam_program({"segment", "/nowhere", "-o", output().string()}), {"/nowhere"});
+  expect_refused(segment({"--masks", room(), "--truth", "/nowhere"}), {"/nowhere"});
+  expect_refused(ipl_slam_program({"segment", "/nowhere", "-o", output().string()}),
+                 {"/nowhere", "image or folder"});
+  expect_refused(
+      ipl_slam_program({"segment", picture(), "--model", model(), "--save-masks", "-o", output().string()}),
+      {"--save-masks"});
+  expect_refused(ipl_slam_program({"run", room(), "--segmenter", "yolo", "-o", output().string()}),
+                 {"--model"});
   EXPECT_FALSE(fs::exists(output())) << "nothing may be left behind";
 }
 

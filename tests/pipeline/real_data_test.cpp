@@ -1,5 +1,6 @@
 #include <cstdlib>
 #include <filesystem>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -10,6 +11,7 @@
 #include "pipeline/pipeline.hpp"
 #include "pipeline/realtime_source.hpp"
 #include "pipeline/sequence_run.hpp"
+#include "segmentation/onnx_model.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -80,6 +82,35 @@ TEST(RecordedDesk, RunsInRealTimeAgainAndAgain) {
     for (const SkippedFrame& s : outcome.run.skipped) EXPECT_EQ(s.reason, RealtimeSource::kLate);
     EXPECT_GE(outcome.trajectory.size(), 1U);
   }
+}
+
+// Both get up and walk; one id each, and both are found to move.
+TEST(RecordedPeople, AreFoundFollowedAndFoundToMove) {
+  const fs::path folder = recorded("fr3_walking_halfsphere_49");
+  const char* models = std::getenv("IPL_SLAM_MODELS");
+  if (folder.empty()) GTEST_SKIP() << "no $IPL_SLAM_DATA/fr3_walking_halfsphere_49";
+  if (models == nullptr || !has_onnx_runtime()) GTEST_SKIP() << "no $IPL_SLAM_MODELS, or no ONNX Runtime";
+  Config config;
+  config.segmentation.segmenter = "yolo";
+  config.segmentation.yolo.model = (fs::path(models) / "yolov8n-seg.onnx").string();
+  config.segmentation.yolo.min_score = 0.3F;
+  const Camera camera = load_camera(*guess_camera(folder));
+  Pipeline pipeline(camera, config);
+  TumDataset source(folder, camera);
+  const SequenceRun run = run_sequence(source, pipeline);
+  std::size_t detections = 0;
+  std::set<InstanceId> people, moving;
+  for (const FrameRecord& f : run.frames) {
+    for (const InstanceRecord& i : f.result.instances) {
+      if (i.class_name != "person") continue;
+      detections += i.frames_carried == 0 ? 1 : 0;
+      people.insert(i.id);
+      if (i.verdict->state == MotionState::kMoving) moving.insert(i.id);
+    }
+  }
+  EXPECT_GE(detections, 92U);
+  EXPECT_EQ(people.size(), 2U);
+  EXPECT_EQ(moving, people);
 }
 
 }  // namespace
