@@ -12,7 +12,7 @@ namespace ipl_slam {
 
 struct FreeSpaceOptions {
   double memory = 2.5;      ///< how long earlier frames are remembered, s
-  double interval = 0.1;    ///< between remembered frames, s
+  double interval = 0.06;   ///< between remembered frames, s
   double tolerance = 0.03;  ///< difference of inverse depth that noise and the pose's error explain, 1/m
 
   template <class Visitor>
