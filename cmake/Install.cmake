@@ -14,6 +14,18 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ipl_slam ${PROJECT_BINARY_DIR}/i
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(EXPORT ipl_slam_targets NAMESPACE ipl_slam:: FILE ipl_slam-targets.cmake DESTINATION ${config_dir})
 
+# An ONNX Runtime that is not the system's own comes along, in a folder where it cannot be taken for anybody else's.
+get_filename_component(onnxruntime_dir "${ONNXRuntime_LIBRARY}" DIRECTORY)
+if(ONNXRuntime_FOUND AND NOT onnxruntime_dir IN_LIST CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES)
+  set(private_dir ${CMAKE_INSTALL_LIBDIR}/ipl_slam)
+  file(GLOB onnxruntime_files ${onnxruntime_dir}/libonnxruntime.so*)
+  install(FILES ${onnxruntime_files} DESTINATION ${private_dir})
+  file(RELATIVE_PATH from_program
+    ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR}/ipl_slam)
+  set_target_properties(ipl_slam_app PROPERTIES INSTALL_RPATH "$ORIGIN/${from_program}")
+  set_target_properties(ipl_slam PROPERTIES INSTALL_RPATH "$ORIGIN/ipl_slam")
+endif()
+
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/ipl_slam-config.cmake.in
   ${PROJECT_BINARY_DIR}/ipl_slam-config.cmake INSTALL_DESTINATION ${config_dir})
 # Before 1.0 a minor version may change the interface.

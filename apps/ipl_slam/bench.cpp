@@ -41,6 +41,7 @@ void bench_tracking(const SequenceOptions& options) {
   Config config = options.load_config();
   config.schedule.mode = "lockstep";
   config.schedule.threads = 1;
+  config.segmentation.segmenter = "none";
   const Camera camera = options.load_camera();
   TumDataset source(options.folder, camera, options.dataset_options());
   Pipeline pipeline(camera, config);

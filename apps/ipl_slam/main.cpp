@@ -27,6 +27,7 @@ constexpr int kInternalError = 1, kUserError = 2;
 
 constexpr const char* kFooter = R"(Examples:
   ipl_slam run rgbd_dataset_freiburg1_desk -o out/desk   track and map a recorded sequence
+  ipl_slam segment rgbd_dataset_freiburg3_walking_xyz --model yolov8n-seg.onnx -o out/who
   ipl_slam synth out/room && ipl_slam run out/room -o out/run
   ipl_slam eval groundtruth.txt out/desk/trajectory.txt  accuracy against ground truth
   ipl_slam config > settings.yaml                        every setting, with its meaning
@@ -112,6 +113,7 @@ int run(int argc, char** argv) {
   CLI::App app{"IPL-SLAM: visual SLAM for RGB-D cameras", "ipl_slam"};
   add_common_options(app);
   add_run_verb(app);
+  add_segment_verb(app);
   add_eval_verb(app);
   add_synth_verb(app);
   add_config_verb(app);

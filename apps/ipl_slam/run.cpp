@@ -14,10 +14,13 @@
 #include "evaluation/report.hpp"
 #include "evaluation/trajectory_plot.hpp"
 #include "output.hpp"
+#include "overlay_folder.hpp"
+#include "pipeline/instance_log.hpp"
 #include "pipeline/map_view.hpp"
 #include "pipeline/realtime_source.hpp"
 #include "pipeline/run_report.hpp"
 #include "pipeline/sequence_run.hpp"
+#include "segmenter_choice.hpp"
 #include "sequence_options.hpp"
 #include "verbs.hpp"
 
@@ -29,7 +32,9 @@ namespace fs = std::filesystem;
 struct RunOptions {
   SequenceOptions sequence;
   fs::path output;
+  SegmenterChoice segmenter;
   bool realtime = false;
+  bool save_overlays = false;
   int threads = 0;
 };
 
@@ -61,7 +66,9 @@ class OutputFolder {
   /// written last, so where it is, everything beside it is of the same run.
   void make_way() const {
     std::error_code ignored;
-    for (const char* name : {"summary.json", "trajectory.png"}) fs::remove(folder_ / name, ignored);
+    for (const char* name : {"summary.json", "trajectory.png", "instances.jsonl"})
+      fs::remove(folder_ / name, ignored);
+    fs::remove_all(folder_ / "overlays", ignored);
   }
 
  private:
@@ -69,12 +76,20 @@ class OutputFolder {
   bool created_ = false;
 };
 
-SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_t max_frames) {
+SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_t max_frames,
+                              OverlayFolder* overlays) {
   const std::size_t total = max_frames > 0 && max_frames < source.size() ? max_frames : source.size();
   std::optional<ProgressBar> bar;
   if (says_remarks()) bar.emplace("tracking", total);
   std::size_t lost = 0, seen_frames = 0;
-  const auto progress = [&](const SequenceRun& run) {
+  RunHooks hooks;
+  hooks.stop = interrupted;
+  hooks.frame_done = [&](const RgbdFrame& frame) {
+    if (!overlays) return;
+    overlays->add(frame, pipeline.last_instances(),
+                  [&](InstanceId id) { return pipeline.instances().verdict(id); });
+  };
+  hooks.item_taken = [&](const SequenceRun& run) {
     if (!bar) return;
     if (run.frames.size() > seen_frames && run.frames.back().result.state == TrackingState::kLost) ++lost;
     seen_frames = run.frames.size();
@@ -83,7 +98,7 @@ SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_
     }
     bar->advance();
   };
-  return run_sequence(source, pipeline, interrupted, progress, max_frames);
+  return run_sequence(source, pipeline, hooks, max_frames);
 }
 
 // Says what went wrong with the sequence as a whole.
@@ -139,6 +154,10 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
   write_trajectory(output / "trajectory.txt", trajectory);
   write_trajectory(output / "keyframes.txt", pipeline.keyframe_trajectory());
   write_file_atomically(output / "timings.csv", timings_csv(result));
+  if (setting.config.segmentation.segmenter != "none") {
+    write_file_atomically(output / "instances.jsonl",
+                          instances_jsonl(result, pipeline.instances().dynamic()));
+  }
   if (evaluation) {
     write_trajectory_plot(output / "trajectory.png", *truth, trajectory, evaluation->ate,
                           {.title = fs::weakly_canonical(setting.sequence).filename().string()});
@@ -146,7 +165,8 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
     write_image_atomically(output / "map.png", draw_map_view(map, trajectory));
     write_file_atomically(output / "summary.json",
-                          json_text(run_summary(result, setting, map, evaluation ? &*evaluation : nullptr)));
+                          json_text(run_summary(result, setting, map, pipeline.instances(),
+                                                evaluation ? &*evaluation : nullptr)));
     fmt::print("{}", run_text(result, map));
   });
   if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
@@ -155,6 +175,7 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
 
 void run(const RunOptions& options) {
   Config config = options.sequence.load_config();
+  options.segmenter.apply(config);
   if (options.realtime) config.schedule.mode = "realtime";
   if (options.threads > 0) config.schedule.threads = options.threads;
   const Camera camera = options.sequence.load_camera();
@@ -176,14 +197,19 @@ void run(const RunOptions& options) {
         std::move(source), static_cast<std::size_t>(config.schedule.frame_queue), interrupted);
   }
   Pipeline pipeline(camera, config);
-  const SequenceRun result = run_with_progress(*source, pipeline, options.sequence.max_frames);
+  std::optional<OverlayFolder> overlays;
+  if (options.save_overlays) overlays.emplace(output / "overlays");
+  const SequenceRun result =
+      run_with_progress(*source, pipeline, options.sequence.max_frames, overlays ? &*overlays : nullptr);
   try {
     judge(result, options, config);
   } catch (const UserError&) {
     output.leave_no_trace();
     throw;
   }
+  for (const std::string& remark : pipeline.instances().remarks()) log().warn("{}", remark);
   write_results(output, result, setting, truth, pipeline);
+  if (overlays) overlays->keep();
   if (result.interrupted) exit_code() = kInterrupted;
 }
 
@@ -193,16 +219,19 @@ void add_run_verb(CLI::App& app) {
   auto* verb = app.add_subcommand("run", "Track and map a recorded RGB-D sequence");
   auto options = std::make_shared<RunOptions>();
   options->sequence.add_to(*verb);
+  options->segmenter.add_to(*verb);
   verb->add_option("-o,--output", options->output,
-                   "Folder for the results, made if need be: trajectory.txt, keyframes.txt, timings.csv, "
-                   "map.png, summary.json and, with ground truth, trajectory.png")
+                   "Folder for the results, made if need be: trajectory.txt, keyframes.txt, instances.jsonl, "
+                   "timings.csv, map.png, summary.json and, with ground truth, trajectory.png")
       ->type_name("RUN_DIR")
       ->check(not_empty())
       ->required();
-  verb->add_flag(
-      "--realtime", options->realtime,
-      "Play at recorded speed, with mapping on its own thread; frames that come too late are dropped and "
-      "counted, and no two runs are alike");
+  verb->add_flag("--save-overlays", options->save_overlays,
+                 "Write each frame with its instances drawn in to RUN_DIR/overlays");
+  verb->add_flag("--realtime", options->realtime,
+                 "Play at recorded speed, with segmentation and mapping on threads of their own; frames that "
+                 "come too late are dropped and "
+                 "counted, and no two runs are alike");
   verb->add_option("--threads", options->threads,
                    "Threads inside a stage, 1 to 64; the result does not depend on it (default: 1)")
       ->type_name("N")

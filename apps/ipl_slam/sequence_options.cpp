@@ -13,12 +13,8 @@ CLI::Validator not_empty() {
   return {[](const std::string& word) { return word.empty() ? "a path is wanted, not nothing" : ""; }, ""};
 }
 
-void SequenceOptions::add_to(CLI::App& verb) {
-  verb.add_option("sequence", folder,
-                  "Folder in TUM RGB-D layout: rgb.txt and depth.txt, or associations.txt")
-      ->type_name("FOLDER")
-      ->check(not_empty())
-      ->required();
+void SequenceOptions::add_to(CLI::App& verb, const std::string& folder_meaning) {
+  verb.add_option("sequence", folder, folder_meaning)->type_name("FOLDER")->check(not_empty())->required();
   verb.add_option("--camera", camera,
                   "tum1, tum2, tum3, bonn or a YAML file (default: camera.yaml in the sequence's folder, or "
                   "what its name says)")

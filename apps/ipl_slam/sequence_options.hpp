@@ -26,7 +26,9 @@ struct SequenceOptions {
   TumDatasetOptions dataset;
   std::size_t max_frames = 0;
 
-  void add_to(CLI::App& verb);
+  /// `folder_meaning`: what the positional argument is.
+  void add_to(CLI::App& verb, const std::string& folder_meaning =
+                                  "Folder in TUM RGB-D layout: rgb.txt and depth.txt, or associations.txt");
   /// The camera asked for, or the one guessed from the folder; prints which.
   [[nodiscard]] Camera load_camera() const;
   /// What to read, with an associations file that was given relative to the present folder made absolute.

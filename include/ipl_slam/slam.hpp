@@ -14,6 +14,7 @@
 // where the camera is, and how it is turned.
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -21,6 +22,7 @@
 
 #include <ipl_slam/error.hpp>
 #include <ipl_slam/export.hpp>
+#include <ipl_slam/motion_state.hpp>
 #include <ipl_slam/tracking_state.hpp>
 #include <ipl_slam/version.hpp>
 
@@ -79,18 +81,29 @@ struct SlamOptions {
   std::vector<std::string> overrides;  ///< single settings, "orb.features=1200"
 };
 
+/// Somebody or something that the segmenter (setting segmentation.segmenter) found in the picture.
+struct SeenInstance {
+  std::uint32_t id = 0;                     ///< its own, kept from frame to frame
+  std::string class_name;                   ///< "unknown" where the segmenter knows no classes
+  float score = 0.0F;                       ///< confidence, 0 to 1
+  int x = 0, y = 0, width = 0, height = 0;  ///< box, pixels
+  MotionState state = MotionState::kCandidate;
+};
+
 /// What is known about the camera after a frame.
 struct TrackingResult {
   TrackingState state = TrackingState::kInitializing;
   Pose T_wc;              ///< valid while state is kTracking; the last known pose while it is kLost
   int inliers = 0;        ///< map points that the pose rests on
   bool keyframe = false;  ///< whether the frame was taken into the map
+  std::vector<SeenInstance> instances;  ///< who is in the picture
 };
 
 /// One camera's SLAM. Frames are worked off in the order they come, each within process(), so that the same
 /// frames and settings give the same bytes out, whatever the machine's speed. With the setting
-/// "schedule.mode=realtime" mapping runs on a thread of its own: process() returns sooner, results depend on
-/// timing, and trajectory(), keyframes() and save_trajectory() wait until the map is up to date.
+/// "schedule.mode=realtime" segmentation and mapping run on threads of their own: process() returns sooner,
+/// results depend on timing, and trajectory(), keyframes() and save_trajectory() wait until the map is up to
+/// date.
 ///
 /// Thread-safety: one object must not be used by two threads at the same time; different objects are
 /// independent. Movable, not copyable; a moved-from object may only be assigned to or destroyed.
@@ -109,6 +122,10 @@ class IPL_SLAM_API Slam {
   /// camera's, when its format is not one of those named, or when the timestamp is not finite and above the
   /// last frame's; the frame then counts as never given.
   TrackingResult process(const ImageView& color, const ImageView& depth, double timestamp);
+
+  /// The mask of an instance in the last frame: width x height bytes, row by row from the top, 255 where the
+  /// instance is and 0 elsewhere. Empty for an id that is not in that frame.
+  [[nodiscard]] std::vector<std::uint8_t> instance_mask(std::uint32_t id) const;
 
   /// Poses of all frames that were tracked so far, in order of time. Poses of earlier frames follow the map
   /// when it is corrected, so they may differ from what process() gave for them.

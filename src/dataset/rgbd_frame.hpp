@@ -8,7 +8,8 @@
 
 namespace ipl_slam {
 
-/// One colour image with the depth image registered to it.
+/// One colour image with the depth image registered to it. Copies share the pixels, and stages may keep
+/// copies: once a frame was handed on its pixels must not be written to.
 struct RgbdFrame {
   std::size_t index = 0;   ///< position in the source, counting skipped frames
   double timestamp = 0.0;  ///< seconds; strictly increasing within a source

@@ -18,6 +18,7 @@ Config preset(std::string_view name) {
     // noise is this much noise in inverse depth.
     config.depth.inverse_depth_sigma = 1.0 / 40.0;
     config.keyframes.max_interval = 1.0;
+    config.contours = paper_contour_window();
     return config;
   }
   throw UserError(fmt::format("unknown preset '{}': use default or paper", name));

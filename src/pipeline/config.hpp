@@ -5,10 +5,13 @@
 #include <vector>
 
 #include "common/options.hpp"
+#include "dynamics/contour_window.hpp"
 #include "features/orb_extractor.hpp"
 #include "geometry/depth_noise.hpp"
 #include "mapping/keyframe_policy.hpp"
 #include "mapping/local_mapper.hpp"
+#include "segmentation/instance_tracker.hpp"
+#include "segmentation/make_segmenter.hpp"
 #include "tracking/tracker.hpp"
 
 namespace ipl_slam {
@@ -21,9 +24,10 @@ struct ScheduleOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.choice("mode", mode, {"lockstep", "realtime"},
-             "lockstep: stages in fixed order, same input gives the same bytes; realtime: mapping on its own "
-             "thread");
+    v.choice(
+        "mode", mode, {"lockstep", "realtime"},
+        "lockstep: stages in fixed order, same input gives the same bytes; realtime: segmentation, contour "
+        "window and mapping on threads of their own");
     v.number("threads", threads,
              {1, 64, "count", "threads inside a stage; the result does not depend on it"});
     v.number("frame_queue", frame_queue,
@@ -39,6 +43,10 @@ struct Config {
   ScheduleOptions schedule;
   DepthNoiseOptions depth;
   OrbOptions orb;
+  SegmentationOptions segmentation;
+  InstanceTrackerOptions instances;
+  MaskCarrierOptions mask_carrier;
+  ContourWindowOptions contours;
   TrackerOptions tracking;
   KeyframePolicyOptions keyframes;
   MappingOptions mapping;
@@ -48,6 +56,10 @@ struct Config {
     v.section("schedule", schedule, "order and threads in which the stages run");
     v.section("depth", depth, "the depth camera");
     v.section("orb", orb, "point features");
+    v.section("segmentation", segmentation, "who is in the picture");
+    v.section("instances", instances, "instances followed from frame to frame");
+    v.section("mask_carrier", mask_carrier, "masks brought from one frame to another");
+    v.section("contours", contours, "which instances move, by the similarity of their contours");
     v.section("tracking", tracking, "camera pose of every frame");
     v.section("keyframes", keyframes, "which frames enter the map");
     v.section("mapping", mapping, "landmarks and keyframes");

@@ -29,6 +29,7 @@ Pipeline::Pipeline(const Camera& camera, const Config& config)
     : camera_(camera),
       threads_(config.schedule.threads),
       extractor_(config.orb, camera, config.depth, &threads_),
+      instances_(make_instance_schedule(camera, config)),
       tracker_(camera, pyramid_of(config), config.depth, config.tracking),
       policy_(config.keyframes),
       mapping_(make_mapping(camera, config)),
@@ -49,6 +50,11 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   last_timestamp_ = image.timestamp;
   result.times.features = stopwatch.restart();
 
+  FrameInstances seen = instances_->see(image, tracker_.expected_pose(image.timestamp));
+  last_instances_ = std::move(seen.instances);
+  result.mask_age = seen.mask_age;
+  result.times.instances = stopwatch.restart();
+
   const std::shared_ptr<const LocalMap> map = mapping_->local_map();
   TrackedFrame tracked = tracker_.track(frame, map);
   result.times.tracking = stopwatch.restart();
@@ -65,14 +71,34 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
     tracker_.became_keyframe(tracked.reference);
   }
 
-  if (tracked.state == TrackingState::kTracking) {
+  const bool placed = tracked.state == TrackingState::kTracking;
+  stopwatch.restart();
+  instances_->placed(image, placed ? std::optional(tracked.T_cw.inverse()) : std::nullopt);
+  result.times.instances += stopwatch.milliseconds();
+  if (placed) {
     placed_.push_back({image.timestamp, tracked.reference, tracked.T_c_reference});
   }
   result.state = tracked.state;
   result.T_wc = tracked.T_cw.inverse();
   result.keypoints = frame->features.size();
   result.inliers = tracked.inliers;
+  result.instances = instance_records();
   return result;
+}
+
+void Pipeline::finish() {
+  instances_->finish();
+  mapping_->finish();
+}
+
+std::vector<InstanceRecord> Pipeline::instance_records() const {
+  std::vector<InstanceRecord> records;
+  for (const TrackedInstance& tracked : last_instances_) {
+    const Instance& instance = tracked.instance;
+    records.push_back({tracked.id, instance.class_name, instance.score, instance.box, instance.mask.area(),
+                       tracked.frames_carried, instances_->verdict(tracked.id)});
+  }
+  return records;
 }
 
 // The first keyframe stands at the world's origin.

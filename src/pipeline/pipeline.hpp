@@ -9,6 +9,8 @@
 #include "features/orb_extractor.hpp"
 #include "mapping/keyframe_policy.hpp"
 #include "pipeline/config.hpp"
+#include "pipeline/instance_record.hpp"
+#include "pipeline/instance_schedule.hpp"
 #include "pipeline/mapping_schedule.hpp"
 #include "tracking/tracker.hpp"
 
@@ -16,8 +18,9 @@ namespace ipl_slam {
 
 /// What a frame cost, milliseconds of wall-clock time.
 struct FrameTimes {
-  double features = 0.0;  ///< grey image to keypoints and descriptors
-  double tracking = 0.0;  ///< keypoints to pose
+  double features = 0.0;   ///< grey image to keypoints and descriptors
+  double instances = 0.0;  ///< instances found (lockstep), carried to the frame and handed on
+  double tracking = 0.0;   ///< keypoints to pose
 };
 
 /// What became of a frame.
@@ -27,6 +30,8 @@ struct FrameResult {
   std::size_t keypoints = 0;
   int inliers = 0;
   bool keyframe = false;
+  int mask_age = -1;  ///< source frames since the picture the masks were made from; -1 = there are none
+  std::vector<InstanceRecord> instances;
   FrameTimes times;
 };
 
@@ -38,13 +43,16 @@ class Pipeline {
 
   /// Frames must come in order of time and have the camera's size; throws std::invalid_argument otherwise.
   FrameResult process(const RgbdFrame& image);
-  /// Waits for the mapper. To be called before the results below.
-  void finish() { mapping_->finish(); }
+  /// Waits for the stages on other threads. To be called before the results below.
+  void finish();
 
   /// Camera-to-world poses of all tracked frames, with every correction made since; lost frames have none.
   [[nodiscard]] Trajectory trajectory() const;
   [[nodiscard]] Trajectory keyframe_trajectory() const;
   [[nodiscard]] const MappingSchedule& mapping() const { return *mapping_; }
+  [[nodiscard]] const InstanceSchedule& instances() const { return *instances_; }
+  /// Those of the frame that was processed last, with their masks.
+  [[nodiscard]] const std::vector<TrackedInstance>& last_instances() const { return last_instances_; }
 
  private:
   // A tracked frame's place relative to a keyframe.
@@ -55,14 +63,17 @@ class Pipeline {
   };
 
   void start_map(TrackedFrame& first);
+  [[nodiscard]] std::vector<InstanceRecord> instance_records() const;
 
   Camera camera_;
   ThreadPool threads_;
   OrbExtractor extractor_;
+  std::unique_ptr<InstanceSchedule> instances_;
   Tracker tracker_;
   KeyframePolicy policy_;
   std::unique_ptr<MappingSchedule> mapping_;
   std::vector<Placed> placed_;
+  std::vector<TrackedInstance> last_instances_;
   std::uint32_t keyframes_submitted_ = 0;  // the mapper numbers them in this order
   double last_timestamp_;
 };

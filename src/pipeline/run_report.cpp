@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -40,9 +41,33 @@ Json stage_times(const SequenceRun& run, Get get, bool keyframes_only = false) {
   return distribution(std::move(values));
 }
 
-Json timing_json(const SequenceRun& run) {
+// What the run saw of instances; null where nothing was segmented.
+Json instances_json(const SequenceRun& run, const RunSetting& setting, const InstanceSchedule& instances) {
+  const std::string segmenter = chosen_segmenter(setting.config.segmentation);
+  if (segmenter == "none") return nullptr;
+  std::set<InstanceId> seen, moving;
+  std::vector<double> ages;
+  for (const FrameRecord& f : run.frames) {
+    if (f.result.mask_age >= 0) ages.push_back(f.result.mask_age);
+    for (const InstanceRecord& i : f.result.instances) {
+      seen.insert(i.id);
+      if (instances.dynamic().contains(i.id, f.index)) moving.insert(i.id);
+    }
+  }
+  return {{"segmenter", segmenter},
+          {"segmented_frames", instances.times().segmentation.size()},
+          {"seen", seen.size()},
+          {"moving", moving.size()},
+          {"mask_age_frames", distribution(std::move(ages))}};
+}
+
+Json timing_json(const SequenceRun& run, const InstanceTimes& instances) {
   return {{"load", stage_times(run, [](const FrameRecord& f) { return f.load; })},
           {"features", stage_times(run, [](const FrameRecord& f) { return f.result.times.features; })},
+          {"instances", stage_times(run, [](const FrameRecord& f) { return f.result.times.instances; })},
+          {"segmentation", distribution(instances.segmentation)},
+          {"tracks", distribution(instances.tracks)},
+          {"contours", distribution(instances.contours)},
           {"tracking", stage_times(run, [](const FrameRecord& f) { return f.result.times.tracking; })},
           {"frame",
            stage_times(
@@ -100,7 +125,7 @@ const char* to_string(TrackingState state) {
 }
 
 Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& map,
-                 const Evaluation* evaluation) {
+                 const InstanceSchedule& instances, const Evaluation* evaluation) {
   Config config = setting.config;
   return {{"version", kVersion},
           {"sequence", setting.sequence},
@@ -115,10 +140,11 @@ Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& m
             {"skipped", skips_json(run)},
             {"unpaired_color", setting.unpaired_color}}},
           {"map", {{"keyframes", map.keyframes().size()}, {"landmarks", map.points().size()}}},
+          {"instances", instances_json(run, setting, instances)},
           {"evaluation", evaluation ? evaluation_json(*evaluation) : Json(nullptr)},
           {"seconds", run.seconds},
           {"frames_per_second", frames_per_second(run)},
-          {"timing_ms", timing_json(run)},
+          {"timing_ms", timing_json(run, instances.times())},
           {"peak_memory_bytes", process_memory().peak},
           {"camera", camera_json(setting.camera)},
           {"config", options_json(option_table(config))}};
@@ -126,12 +152,13 @@ Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& m
 
 std::string timings_csv(const SequenceRun& run) {
   std::string csv =
-      "frame,timestamp,state,keypoints,inliers,keyframe,load_ms,features_ms,tracking_ms,mapping_ms\n";
+      "frame,timestamp,state,keypoints,inliers,keyframe,load_ms,features_ms,instances_ms,tracking_ms,mapping_"
+      "ms\n";
   for (const FrameRecord& f : run.frames) {
-    csv += fmt::format("{},{:.6f},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f}\n", f.index, f.timestamp,
+    csv += fmt::format("{},{:.6f},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", f.index, f.timestamp,
                        to_string(f.result.state), f.result.keypoints, f.result.inliers,
-                       f.result.keyframe ? 1 : 0, f.load, f.result.times.features, f.result.times.tracking,
-                       f.mapping);
+                       f.result.keyframe ? 1 : 0, f.load, f.result.times.features, f.result.times.instances,
+                       f.result.times.tracking, f.mapping);
   }
   return csv;
 }

@@ -21,7 +21,8 @@ struct RunSetting {
 
 /// The content of summary.json (docs/formats.md).
 [[nodiscard]] nlohmann::ordered_json run_summary(const SequenceRun& run, const RunSetting& setting,
-                                                 const Map& map, const Evaluation* evaluation);
+                                                 const Map& map, const InstanceSchedule& instances,
+                                                 const Evaluation* evaluation);
 /// The content of timings.csv: one line per processed frame, times in milliseconds.
 [[nodiscard]] std::string timings_csv(const SequenceRun& run);
 /// "2 x missing color image, e.g. room/rgb/3.png: no such file": a line per reason; empty if none was

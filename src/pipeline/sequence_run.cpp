@@ -12,8 +12,9 @@ std::size_t SequenceRun::count(TrackingState state) const {
       frames.begin(), frames.end(), [&](const FrameRecord& f) { return f.result.state == state; }));
 }
 
-SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const std::function<bool()>& stop,
-                         const std::function<void(const SequenceRun&)>& progress, std::size_t max_items) {
+SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const RunHooks& hooks,
+                         std::size_t max_items) {
+  const auto stop = [&] { return hooks.stop && hooks.stop(); };
   SequenceRun run;
   const Stopwatch total;
   for (std::size_t index = 0; max_items == 0 || index < max_items; ++index) {
@@ -24,10 +25,11 @@ SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const std::func
     if (!item) break;
     if (item->frame) {
       run.frames.push_back({item->frame->index, item->timestamp, pipeline.process(*item->frame), load, 0.0});
+      if (hooks.frame_done) hooks.frame_done(*item->frame);
     } else {
       run.skipped.push_back({index, item->timestamp, item->skip_reason, item->detail});
     }
-    progress(run);
+    if (hooks.item_taken) hooks.item_taken(run);
   }
   run.interrupted = stop();  // also where that is why the source ended
   pipeline.finish();

@@ -35,11 +35,16 @@ struct SequenceRun {
   [[nodiscard]] std::size_t count(TrackingState state) const;
 };
 
-/// Feeds a source to the pipeline until its end, until `max_items` were taken (0 = all) or until stop() says
-/// true, which counts as an interruption; then waits for the mapper. `progress` is called after each item.
-[[nodiscard]] SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline,
-                                       const std::function<bool()>& stop,
-                                       const std::function<void(const SequenceRun&)>& progress,
+/// What a caller may want to do while a sequence runs; each may be left out.
+struct RunHooks {
+  std::function<bool()> stop;                          ///< true ends the run, as an interruption
+  std::function<void(const RgbdFrame&)> frame_done;    ///< after each frame that was processed
+  std::function<void(const SequenceRun&)> item_taken;  ///< after each frame, processed or skipped
+};
+
+/// Feeds a source to the pipeline until its end, until `max_items` were taken (0 = all) or until it is
+/// stopped; then waits for what is under way.
+[[nodiscard]] SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const RunHooks& hooks = {},
                                        std::size_t max_items = 0);
 
 }  // namespace ipl_slam

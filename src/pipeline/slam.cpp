@@ -35,6 +35,15 @@ std::vector<TimedPose> to_poses(const Trajectory& trajectory) {
   return poses;
 }
 
+std::vector<SeenInstance> to_seen(const std::vector<InstanceRecord>& records) {
+  std::vector<SeenInstance> seen;
+  for (const InstanceRecord& r : records) {
+    seen.push_back({r.id.value, r.class_name, r.score, r.box.x, r.box.y, r.box.width, r.box.height,
+                    r.verdict ? r.verdict->state : MotionState::kCandidate});
+  }
+  return seen;
+}
+
 int matrix_type(PixelFormat format) {
   switch (format) {
     case PixelFormat::kBgr8:
@@ -109,16 +118,23 @@ TrackingResult Slam::process(const ImageView& color, const ImageView& depth, dou
     throw std::invalid_argument("the color image has the format kDepth16");
   if (depth.format != PixelFormat::kDepth16)
     throw std::invalid_argument("the depth image has not the format kDepth16");
-  frame.color = wrap(color, "color");
-  if (color.format == PixelFormat::kRgb8) {
-    cv::Mat bgr;  // its own memory: the caller's pixels must stay as they are
-    cv::cvtColor(frame.color, bgr, cv::COLOR_RGB2BGR);
-    frame.color = bgr;
-  }
-  frame.depth = wrap(depth, "depth");
+  // Copies: stages keep the images of some frames, and the caller's pixels are theirs after this call.
+  const cv::Mat theirs = wrap(color, "color");
+  color.format == PixelFormat::kRgb8 ? cv::cvtColor(theirs, frame.color, cv::COLOR_RGB2BGR)
+                                     : theirs.copyTo(frame.color);
+  frame.depth = wrap(depth, "depth").clone();
   const FrameResult result = impl_->pipeline.process(frame);
   ++impl_->frames;
-  return {result.state, to_pose(result.T_wc), result.inliers, result.keyframe};
+  return {result.state, to_pose(result.T_wc), result.inliers, result.keyframe, to_seen(result.instances)};
+}
+
+std::vector<std::uint8_t> Slam::instance_mask(std::uint32_t id) const {
+  for (const TrackedInstance& tracked : impl_->pipeline.last_instances()) {
+    if (tracked.id.value != id) continue;
+    const cv::Mat image = tracked.instance.mask.to_image();
+    return {image.datastart, image.dataend};
+  }
+  return {};
 }
 
 // With schedule.mode=realtime the mapper may still be at work: what these return is what it leaves.

@@ -19,6 +19,8 @@ class Segmenter {
   [[nodiscard]] virtual std::vector<Instance> segment(const RgbdFrame& frame) = 0;
   /// "yolo", "masks" or "geometric".
   [[nodiscard]] virtual std::string name() const = 0;
+  /// What its user should know after the last frame, a line each, e.g. that masks were missing.
+  [[nodiscard]] virtual std::vector<std::string> remarks() const { return {}; }
 };
 
 }  // namespace ipl_slam

@@ -271,6 +271,11 @@ void Tracker::start(const TrackedFrame& first) {
   motion_.update(first.frame->timestamp, first.T_cw);
 }
 
+std::optional<SE3> Tracker::expected_pose(double timestamp) const {
+  if (!map_ || lost()) return std::nullopt;
+  return motion_.predict(timestamp).inverse();
+}
+
 void Tracker::became_keyframe(KeyframeId id) {
   last_.reference = id;
   last_.T_c_reference = SE3();

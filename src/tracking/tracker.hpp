@@ -75,6 +75,9 @@ class Tracker {
   void start(const TrackedFrame& first);
   /// The frame tracked last went into the map under this id: from now on its pose is the keyframe's.
   void became_keyframe(KeyframeId id);
+  /// Where the camera is expected to be at a time after the last tracked frame (T_wc); nothing without a map
+  /// or while it is lost.
+  [[nodiscard]] std::optional<SE3> expected_pose(double timestamp) const;
   /// Hands over what was counted since the last call.
   [[nodiscard]] std::vector<Sighting> take_sightings();
 

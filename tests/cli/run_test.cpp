@@ -11,6 +11,7 @@
 #include "dataset/trajectory.hpp"
 #include "made_sequence.hpp"
 #include "program.hpp"
+#include "refused.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -18,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
 using testing::content_of;
+using testing::expect_refused;
 using testing::Finished;
 using ::testing::HasSubstr;
 using testing::ipl_slam_program;
@@ -35,15 +37,6 @@ Finished run(const MadeSequence& sequence, std::vector<std::string> more = {}) {
 
 nlohmann::json summary(const fs::path& output) {
   return nlohmann::json::parse(content_of(output / "summary.json"));
-}
-
-/// An error its reader can mend: exit code 2 and one line on stderr that holds `words`.
-void expect_refused(const Finished& finished, const std::vector<std::string>& words) {
-  EXPECT_EQ(finished.code, 2) << finished.err;
-  EXPECT_EQ(std::count(finished.err.begin(), finished.err.end(), '\n'), 1) << finished.err;
-  EXPECT_THAT(finished.err, StartsWith("ipl_slam"));
-  EXPECT_THAT(finished.err, Not(HasSubstr("internal error")));
-  for (const std::string& word : words) EXPECT_THAT(finished.err, HasSubstr(word));
 }
 
 void expect_nothing_left(const fs::path& output) {

@@ -6,25 +6,20 @@
 #include <nlohmann/json.hpp>
 
 #include "program.hpp"
+#include "refused.hpp"
 
 namespace ipl_slam {
 namespace {
 
 using ::testing::AllOf;
 using testing::content_of;
+using testing::expect_refused;
 using testing::Finished;
 using ::testing::HasSubstr;
 using testing::ipl_slam_program;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using testing::TemporaryFolder;
-
-void expect_refused(const Finished& finished, const std::vector<std::string>& words) {
-  EXPECT_EQ(finished.code, 2) << finished.err;
-  EXPECT_EQ(std::count(finished.err.begin(), finished.err.end(), '\n'), 1) << finished.err;
-  EXPECT_THAT(finished.err, Not(HasSubstr("internal error")));
-  for (const std::string& word : words) EXPECT_THAT(finished.err, HasSubstr(word));
-}
 
 /// A straight walk of 40 poses, with `offset` metres of error in every second one.
 std::string walk(double offset, double start = 0.0) {
@@ -39,7 +34,7 @@ std::string walk(double offset, double start = 0.0) {
 TEST(CliVerbs, NoneOrAnUnknownOneIsExplained) {
   const Finished help = ipl_slam_program({});
   EXPECT_EQ(help.code, 0);
-  for (const char* verb : {"run", "eval", "synth", "config", "bench"}) {
+  for (const char* verb : {"run", "segment", "eval", "synth", "config", "bench"}) {
     EXPECT_THAT(help.out, HasSubstr(verb));
     const Finished of_verb = ipl_slam_program({verb, "--help"});
     EXPECT_EQ(of_verb.code, 0) << verb;

@@ -40,8 +40,7 @@ Outcome run_recorded(const fs::path& folder, bool realtime) {
   }
   Pipeline pipeline(camera, config);
   Outcome outcome;
-  outcome.run = run_sequence(
-      *source, pipeline, [] { return false; }, [](const SequenceRun&) {});
+  outcome.run = run_sequence(*source, pipeline);
   outcome.trajectory = pipeline.trajectory();
   return outcome;
 }

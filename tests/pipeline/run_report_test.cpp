@@ -35,22 +35,19 @@ class PartlyBroken : public RgbdSource {
   int position_ = 0;
 };
 
-const auto kNever = [] { return false; };
-const auto kNothing = [](const SequenceRun&) {};
-
 /// Ten frames, two of them broken, run once for all tests below.
 struct TenFrames {
   Pipeline pipeline{small_camera(), {}};
   SequenceRun result;
   TenFrames() {
     PartlyBroken source(render_all(small_room(10)));
-    result = run_sequence(source, pipeline, kNever, kNothing);
+    result = run_sequence(source, pipeline);
   }
   [[nodiscard]] nlohmann::ordered_json summary() const {
     nlohmann::ordered_json json;
     const RunSetting setting{"room", "default", small_camera(), {}, 3};
     pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
-      json = run_summary(result, setting, map, nullptr);
+      json = run_summary(result, setting, map, pipeline.instances(), nullptr);
     });
     return json;
   }
@@ -82,7 +79,8 @@ TEST(RunSummary, HoldsVersionSettingCameraMapAndTimes) {
   EXPECT_GT(json["map"]["landmarks"], 100);
   EXPECT_GT(json["peak_memory_bytes"], 1 << 20);
   EXPECT_GT(json["frames_per_second"], 0.0);
-  for (const char* stage : {"load", "features", "tracking", "frame"}) {
+  for (const char* stage :
+       {"load", "features", "instances", "segmentation", "tracks", "contours", "tracking", "frame"}) {
     const auto& times = json["timing_ms"][stage];
     EXPECT_EQ(times["count"], 8) << stage;
     EXPECT_LE(times["p50"], times["p90"]) << stage;
@@ -98,7 +96,8 @@ TEST(TimingsCsv, HasALinePerProcessedFrameWithAsManyFieldsAsItsHeader) {
   std::string header, line;
   std::getline(csv, header);
   EXPECT_EQ(header,
-            "frame,timestamp,state,keypoints,inliers,keyframe,load_ms,features_ms,tracking_ms,mapping_ms");
+            "frame,timestamp,state,keypoints,inliers,keyframe,load_ms,features_ms,instances_ms,tracking_ms,"
+            "mapping_ms");
   std::vector<std::string> lines;
   while (std::getline(csv, line)) lines.push_back(line);
   ASSERT_EQ(lines.size(), 8U);
@@ -122,8 +121,10 @@ TEST(RunSequence, StopsWhenAskedAndKeepsWhatWasTracked) {
   KeptFrames source(render_all(small_room(10)));
   Pipeline pipeline(small_camera(), {});
   std::size_t seen = 0;
-  const SequenceRun run = run_sequence(
-      source, pipeline, [&] { return seen == 4; }, [&](const SequenceRun&) { ++seen; });
+  RunHooks hooks;
+  hooks.stop = [&] { return seen == 4; };
+  hooks.item_taken = [&](const SequenceRun&) { ++seen; };
+  const SequenceRun run = run_sequence(source, pipeline, hooks);
   EXPECT_TRUE(run.interrupted);
   EXPECT_EQ(run.frames.size(), 4U);
   EXPECT_EQ(pipeline.trajectory().size(), 4U);
@@ -132,7 +133,7 @@ TEST(RunSequence, StopsWhenAskedAndKeepsWhatWasTracked) {
 TEST(RunSequence, EndsAtTheLimitWithoutCallingItAnInterruption) {
   KeptFrames source(render_all(small_room(10)));
   Pipeline pipeline(small_camera(), {});
-  const SequenceRun run = run_sequence(source, pipeline, kNever, kNothing, 6);
+  const SequenceRun run = run_sequence(source, pipeline, {}, 6);
   EXPECT_FALSE(run.interrupted);
   EXPECT_EQ(run.frames.size(), 6U);
 }

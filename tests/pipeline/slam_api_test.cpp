@@ -179,5 +179,25 @@ TEST(SlamApi, WaitsForARealtimeMapperBeforeItGivesResults) {
   EXPECT_EQ(once, file_of(slam));
 }
 
+TEST(SlamApi, TellsWhoIsInThePictureAndWhere) {
+  SyntheticOptions walk = small_room(16, "static");
+  walk.people = 2;
+  Slam slam(small_parameters(), options("default", "", "segmentation.segmenter=geometric"));
+  std::size_t seen = 0;
+  for (const RgbdFrame& frame : render_all(walk)) {
+    const TrackingResult result = slam.process(color_view(frame), depth_view(frame), frame.timestamp);
+    for (const SeenInstance& instance : result.instances) {
+      ++seen;
+      EXPECT_EQ(instance.class_name, "unknown");
+      const std::vector<std::uint8_t> pixels = slam.instance_mask(instance.id);
+      ASSERT_EQ(pixels.size(), 320U * 240U);
+      const cv::Mat mask(240, 320, CV_8UC1, const_cast<std::uint8_t*>(pixels.data()));
+      EXPECT_EQ(cv::boundingRect(mask), cv::Rect(instance.x, instance.y, instance.width, instance.height));
+    }
+  }
+  EXPECT_GT(seen, 0U);
+  EXPECT_TRUE(slam.instance_mask(1000000).empty());
+}
+
 }  // namespace
 }  // namespace ipl_slam

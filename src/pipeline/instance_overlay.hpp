@@ -1,0 +1,19 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynamics/contour_window.hpp"
+#include "segmentation/instance.hpp"
+
+namespace ipl_slam {
+
+/// A colour (or grey) picture with its instances: masks tinted and outlined by state (amber = candidate,
+/// green = still, red = moving), boxes, and "class score #id state" at each. `verdict` says what is known of
+/// an instance; the word for its state is left out without it. CV_8UC3, of the picture's size.
+[[nodiscard]] cv::Mat draw_instances(const cv::Mat& image, const std::vector<TrackedInstance>& instances,
+                                     const std::function<ContourVerdict(InstanceId)>& verdict = {});
+
+}  // namespace ipl_slam

@@ -1,0 +1,138 @@
+#include "segmentation/onnx_model.hpp"
+
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+#include <onnxruntime_cxx_api.h>
+
+#include <ipl_slam/error.hpp>
+
+namespace ipl_slam {
+namespace {
+
+/// One for the whole program, as ONNX Runtime wants it.
+Ort::Env& environment() {
+  static Ort::Env environment(ORT_LOGGING_LEVEL_FATAL, "ipl_slam");  // errors come as exceptions
+  return environment;
+}
+
+Ort::SessionOptions session_options(int threads) {
+  Ort::SessionOptions options;
+  options.SetIntraOpNumThreads(threads);
+  options.SetInterOpNumThreads(1);
+  options.SetExecutionMode(ORT_SEQUENTIAL);
+  options.SetGraphOptimizationLevel(ORT_ENABLE_ALL);
+  options.SetDeterministicCompute(true);
+  // Waiting threads sleep: spinning ones would take the processor from tracking, which runs beside.
+  options.AddConfigEntry("session.intra_op.allow_spinning", "0");
+  return options;
+}
+
+std::string_view type_name(ONNXTensorElementDataType type) {
+  switch (type) {
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT:
+      return "float32";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT16:
+      return "float16";
+    default:
+      return "other";
+  }
+}
+
+TensorInfo tensor_info(const Ort::AllocatedStringPtr& name, const Ort::TypeInfo& type) {
+  if (type.GetONNXType() != ONNX_TYPE_TENSOR) return {name.get(), "other", {}};
+  const auto tensor = type.GetTensorTypeAndShapeInfo();
+  return {name.get(), std::string(type_name(tensor.GetElementType())), tensor.GetShape()};
+}
+
+std::string first_line(const char* text) {
+  const std::string_view all(text);
+  return std::string(all.substr(0, all.find('\n')));
+}
+
+}  // namespace
+
+struct OnnxModel::Implementation {
+  Implementation(std::filesystem::path path, const std::string& bytes, int threads)
+      : file(std::move(path)), session(environment(), bytes.data(), bytes.size(), session_options(threads)) {
+    Ort::AllocatorWithDefaultOptions allocator;
+    for (std::size_t i = 0; i < session.GetInputCount(); ++i) {
+      inputs.push_back(tensor_info(session.GetInputNameAllocated(i, allocator), session.GetInputTypeInfo(i)));
+    }
+    for (std::size_t i = 0; i < session.GetOutputCount(); ++i) {
+      outputs.push_back(
+          tensor_info(session.GetOutputNameAllocated(i, allocator), session.GetOutputTypeInfo(i)));
+    }
+  }
+
+  std::filesystem::path file;
+  Ort::Session session;
+  std::vector<TensorInfo> inputs, outputs;
+  std::vector<Ort::Value> results;  ///< of the last run
+};
+
+bool has_onnx_runtime() {
+  return true;
+}
+
+OnnxModel::OnnxModel(const std::filesystem::path& file, const std::string& bytes, int threads) {
+  if (bytes.empty()) throw UserError(fmt::format("'{}' is empty; an ONNX model is needed", file.string()));
+  try {
+    implementation_ = std::make_unique<Implementation>(file, bytes, threads);
+  } catch (const Ort::Exception& error) {
+    throw UserError(fmt::format("'{}' is no ONNX model that ONNX Runtime can load ({})", file.string(),
+                                first_line(error.what())));
+  }
+}
+
+OnnxModel::~OnnxModel() = default;
+OnnxModel::OnnxModel(OnnxModel&&) noexcept = default;
+OnnxModel& OnnxModel::operator=(OnnxModel&&) noexcept = default;
+
+const std::filesystem::path& OnnxModel::file() const {
+  return implementation_->file;
+}
+const std::vector<TensorInfo>& OnnxModel::inputs() const {
+  return implementation_->inputs;
+}
+const std::vector<TensorInfo>& OnnxModel::outputs() const {
+  return implementation_->outputs;
+}
+
+std::string OnnxModel::metadata(const std::string& key) const {
+  Ort::AllocatorWithDefaultOptions allocator;
+  const auto text =
+      implementation_->session.GetModelMetadata().LookupCustomMetadataMapAllocated(key.c_str(), allocator);
+  return text ? std::string(text.get()) : std::string();
+}
+
+std::vector<TensorView> OnnxModel::run(const TensorView& input) {
+  Implementation& self = *implementation_;
+  std::size_t count = 1;
+  for (const std::int64_t size : input.shape) count *= static_cast<std::size_t>(size);
+  // CreateTensor takes no const pointer; an input is only read.
+  const Ort::Value tensor = Ort::Value::CreateTensor<float>(
+      Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault), const_cast<float*>(input.data), count,
+      input.shape.data(), input.shape.size());
+
+  const char* input_name = self.inputs.at(0).name.c_str();
+  std::vector<const char*> output_names;
+  for (const TensorInfo& output : self.outputs) output_names.push_back(output.name.c_str());
+  try {
+    self.results = self.session.Run(Ort::RunOptions{nullptr}, &input_name, &tensor, 1, output_names.data(),
+                                    output_names.size());
+  } catch (const Ort::Exception& error) {
+    throw UserError(fmt::format("'{}' cannot be run on {} ({})", self.file.string(),
+                                describe({self.inputs[0].name, "float32", input.shape}),
+                                first_line(error.what())));
+  }
+
+  std::vector<TensorView> views;
+  for (const Ort::Value& result : self.results) {
+    views.push_back({result.GetTensorData<float>(), result.GetTensorTypeAndShapeInfo().GetShape()});
+  }
+  return views;
+}
+
+}  // namespace ipl_slam
