@@ -99,8 +99,9 @@ cv::Mat MotionBelief::carried(const Past& from, const cv::Mat& belief, const cv:
     const int cell = grid_.cell_of_ray(p.x / p.z, p.y / p.z);
     if (cell < 0) continue;
     const float here = inverse[i] / p.z, there = there_inverse[cell];
-    const float difference = here > 0.0F && there > 0.0F ? std::abs(here - there) : 0.0F;
-    if (difference <= kSameSurface * std::max(there, kFarInverseDepth)) out[i] = there_belief[cell];
+    if (here <= 0.0F || there <= 0.0F) continue;  // nothing tells whether it is the same
+    if (std::abs(here - there) <= kSameSurface * std::max(there, kFarInverseDepth))
+      out[i] = there_belief[cell];
   }
   return result;
 }

@@ -17,12 +17,12 @@ struct MotionBeliefOptions {
   double free_share = 0.25;  ///< and their share of those that say anything
   double taken_weight =
       1.0;  ///< of a cell that stands where earlier frames saw a surface; of one that entered free space: 1
-  int full_taken = 25;         ///< earlier frames that must have seen a surface there for all of that weight
+  int full_taken = 20;         ///< earlier frames that must have seen a surface there for all of that weight
   double hindsight = 0.15;     ///< how much later it is judged what has left its place, s
   double memory_weight = 0.5;  ///< of what was believed in the last frame
   double bias = 0.05;          ///< weight of believing, without any evidence, that a cell is static
   double unseen_bias =
-      0.2;  ///< the same where no earlier frame says anything: nothing there holds against what leaks in
+      0.15;  ///< the same where no earlier frame says anything: nothing there holds against what leaks in
   double reach = 0.3;        ///< how far evidence spreads along a surface, m
   double depth_step = 0.01;  ///< relative step of depth between cells that is still one surface
   double grey_step = 12.0;   ///< step of grey value that weakens the spreading by the factor e
