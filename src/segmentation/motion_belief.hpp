@@ -22,7 +22,7 @@ struct MotionBeliefOptions {
   double memory_weight = 0.5;  ///< of what was believed in the last frame
   double bias = 0.05;          ///< weight of believing, without any evidence, that a cell is static
   double unseen_bias =
-      0.15;  ///< the same where no earlier frame says anything: nothing there holds against what leaks in
+      0.2;  ///< the same where no earlier frame says anything: nothing there holds against what leaks in
   double reach = 0.3;        ///< how far evidence spreads along a surface, m
   double depth_step = 0.01;  ///< relative step of depth between cells that is still one surface
   double grey_step = 12.0;   ///< step of grey value that weakens the spreading by the factor e
