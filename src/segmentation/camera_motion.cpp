@@ -20,6 +20,10 @@ namespace {
 
 const cv::Size kFlowWindow{11, 11};
 constexpr int kFlowLevels = 3;  // beside the full one: follows errors of the prediction up to about 40 pixels
+constexpr int kFlowIterations = 15;
+constexpr double kFlowConverged = 0.02;  // pixels, a fifth of what flow is good for
+constexpr int kSamples = 100;            // finds a pose even if two thirds of the landmarks move
+constexpr double kSampleOutlier = 3.0;   // standard deviations of a pixel
 constexpr int kPoseIterations = 10;
 constexpr double kConverged = 1e-6;  // of a pose step, metres and radians
 constexpr int kCornerWindow = 3;     // of the structure tensor, pixels
@@ -160,9 +164,10 @@ std::vector<CameraMotion::Observation> CameraMotion::follow(const SE3& T_cw) con
   if (from.empty()) return seen;
   std::vector<std::uint8_t> found;
   std::vector<float> error;
-  cv::calcOpticalFlowPyrLK(old_pyramid_, pyramid_, from, to, found, error, kFlowWindow, kFlowLevels,
-                           cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 15, 0.02),
-                           cv::OPTFLOW_USE_INITIAL_FLOW);
+  cv::calcOpticalFlowPyrLK(
+      old_pyramid_, pyramid_, from, to, found, error, kFlowWindow, kFlowLevels,
+      cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, kFlowIterations, kFlowConverged),
+      cv::OPTFLOW_USE_INITIAL_FLOW);
   const cv::Rect2f inside(0, 0, static_cast<float>(reduced_size_.width),
                           static_cast<float>(reduced_size_.height));
   for (std::size_t i = 0; i < to.size(); ++i) {
@@ -183,7 +188,7 @@ std::vector<CameraMotion::Observation> CameraMotion::follow(const SE3& T_cw) con
 }
 
 std::optional<SE3> CameraMotion::sampled_pose(const std::vector<Observation>& seen) const {
-  // From the most trusted alone, if they are enough.
+  // From the most trusted alone, if they are twice as many as a pose needs.
   const auto trusted = [](const Observation& o) { return o.trust >= 1.0; };
   const bool all = std::count_if(seen.begin(), seen.end(), trusted) < 2 * options_.min_landmarks;
   std::vector<Eigen::Vector3d> points_w, points_c;
@@ -193,8 +198,8 @@ std::optional<SE3> CameraMotion::sampled_pose(const std::vector<Observation>& se
     points_c.push_back(camera_.unproject(o.undistorted, 1.0 / o.inverse_depth));
   }
   RansacOptions ransac_options;
-  ransac_options.threshold = 3.0 * options_.pixel_sigma;
-  ransac_options.max_iterations = 100;
+  ransac_options.threshold = kSampleOutlier * options_.pixel_sigma;
+  ransac_options.max_iterations = kSamples;
   Random random(frames_);
   const auto result =
       ransac(PixelEstimator(camera_, std::move(points_w), std::move(points_c)), ransac_options, random);

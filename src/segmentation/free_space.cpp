@@ -48,6 +48,11 @@ void FreeSpaceView::judge(const WorkingGrid& grid, const cv::Mat& inverse_depth,
   }
 }
 
+void FreeSpaceView::distrust(const cv::Mat& moving) {
+  // No inverse depth is between the two any more; cells without depth stay without.
+  nearest_.copyTo(farthest_, moving & (farthest_ < nearest_));
+}
+
 FreeSpaceMemory::FreeSpaceMemory(const WorkingGrid& grid, const FreeSpaceOptions& options)
     : grid_(grid), options_(options) {}
 

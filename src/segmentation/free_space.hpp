@@ -12,7 +12,7 @@ namespace ipl_slam {
 
 struct FreeSpaceOptions {
   double memory = 2.5;      ///< how long earlier frames are remembered, s
-  double interval = 0.1;    ///< between remembered frames, s
+  double interval = 0.06;   ///< between remembered frames, s
   double tolerance = 0.03;  ///< difference of inverse depth that noise and the pose's error explain, 1/m
 
   template <class Visitor>
@@ -43,6 +43,9 @@ class FreeSpaceView {
   /// Adds to the evidence what this view says about the cells of another frame seen from T_wc.
   void judge(const WorkingGrid& grid, const cv::Mat& inverse_depth, const SE3& T_wc,
              FreeSpaceEvidence& evidence) const;
+  /// From now on these cells (CV_8UC1, not 0) tell of free space only. What moved when it was seen does not
+  /// make its place one of something static: a mover that stops would be taken for its own background.
+  void distrust(const cv::Mat& moving);
 
  private:
   SE3 T_cw_;

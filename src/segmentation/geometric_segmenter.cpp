@@ -55,10 +55,11 @@ std::vector<Instance> GeometricSegmenter::segment(const RgbdFrame& frame) {
   T_wc_ = camera_motion_.track(grey, frame.depth, frame.timestamp);
   if (T_wc_) {
     last_evidence_ = free_space_.evidence(cells.inverse_depth, *T_wc_);
-    const FreeSpaceView view(cells.inverse_depth, *T_wc_, options_.free_space.tolerance);
-    const Conductance conductance = surface_conductance(cells, options_.belief);
+    FreeSpaceView view(cells.inverse_depth, *T_wc_, options_.free_space.tolerance);
+    const Conductance conductance = surface_conductance(cells, grid_, options_.belief);
     last_belief_ = belief_.update(cells, *T_wc_, frame.timestamp, last_evidence_, conductance, view).clone();
     found = instances(last_belief_, cells, frame.depth, conductance, moving);
+    view.distrust(moving);
     free_space_.add(view, frame.timestamp);
   } else {
     free_space_.clear();

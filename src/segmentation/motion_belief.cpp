@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include <opencv2/imgproc.hpp>
 
@@ -13,6 +14,10 @@ namespace {
 // Depth of 1/this and less counts as this far when steps are taken relative to it: the noise of far surfaces
 // does not shrink with their inverse depth, 1/m.
 constexpr float kFarInverseDepth = 0.5F;
+
+// Where depth is missing, and beyond, evidence spreads as far as here: the far end of what depth cameras see,
+// 1/m.
+constexpr float kLeastInverseDepth = 0.3F;
 
 // Between a cell with depth and one without the filter passes this share at most: depth is missing at edges
 // more often than elsewhere.
@@ -28,8 +33,13 @@ constexpr int kLineWindow = 3;
 // Keeps the division of belief by weight defined where all weights are 0.
 constexpr float kTinyWeight = 1e-6F;
 
-float conductance_between(float inverse_a, float inverse_b, int grey_a, int grey_b, float base,
+// focal_length: in cells.
+float conductance_between(float inverse_a, float inverse_b, int grey_a, int grey_b, float focal_length,
                           const MotionBeliefOptions& options) {
+  // The decay per cell that gives the recursive filter, run both ways, a deviation of `reach`.
+  const float reach =
+      static_cast<float>(options.reach) * focal_length * std::max({inverse_a, inverse_b, kLeastInverseDepth});
+  const float base = std::exp(-std::numbers::sqrt2_v<float> / reach);
   if (inverse_a > 0.0F && inverse_b > 0.0F) {
     const float step =
         static_cast<float>(options.depth_step) * std::max({inverse_a, inverse_b, kFarInverseDepth});
@@ -42,11 +52,11 @@ float conductance_between(float inverse_a, float inverse_b, int grey_a, int grey
 
 }  // namespace
 
-Conductance surface_conductance(const GridFrame& frame, const MotionBeliefOptions& options) {
-  const cv::Size size = frame.grey.size();
+Conductance surface_conductance(const GridFrame& frame, const WorkingGrid& grid,
+                                const MotionBeliefOptions& options) {
+  const cv::Size size = grid.size();
+  const float focal_length = grid.focal_length();
   Conductance result{cv::Mat::zeros(size, CV_32FC1), cv::Mat::zeros(size, CV_32FC1)};
-  // The decay per cell that gives the recursive filter, run both ways, a deviation of `reach` cells.
-  const auto base = static_cast<float>(std::exp(-std::sqrt(2.0) / options.reach));
   for (int y = 0; y < size.height; ++y) {
     const bool last = y + 1 == size.height;
     const auto* grey = frame.grey.ptr<std::uint8_t>(y);
@@ -57,10 +67,12 @@ Conductance surface_conductance(const GridFrame& frame, const MotionBeliefOption
     auto* below = result.to_below.ptr<float>(y);
     for (int x = 0; x < size.width; ++x) {
       if (x + 1 < size.width) {
-        right[x] = conductance_between(inverse[x], inverse[x + 1], grey[x], grey[x + 1], base, options);
+        right[x] =
+            conductance_between(inverse[x], inverse[x + 1], grey[x], grey[x + 1], focal_length, options);
       }
       if (!last) {
-        below[x] = conductance_between(inverse[x], inverse_below[x], grey[x], grey_below[x], base, options);
+        below[x] =
+            conductance_between(inverse[x], inverse_below[x], grey[x], grey_below[x], focal_length, options);
       }
     }
   }
@@ -87,8 +99,9 @@ cv::Mat MotionBelief::carried(const Past& from, const cv::Mat& belief, const cv:
     const int cell = grid_.cell_of_ray(p.x / p.z, p.y / p.z);
     if (cell < 0) continue;
     const float here = inverse[i] / p.z, there = there_inverse[cell];
-    const float difference = here > 0.0F && there > 0.0F ? std::abs(here - there) : 0.0F;
-    if (difference <= kSameSurface * std::max(there, kFarInverseDepth)) out[i] = there_belief[cell];
+    if (here <= 0.0F || there <= 0.0F) continue;  // nothing tells whether it is the same
+    if (std::abs(here - there) <= kSameSurface * std::max(there, kFarInverseDepth))
+      out[i] = there_belief[cell];
   }
   return result;
 }

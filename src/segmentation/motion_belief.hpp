@@ -17,13 +17,13 @@ struct MotionBeliefOptions {
   double free_share = 0.25;  ///< and their share of those that say anything
   double taken_weight =
       1.0;  ///< of a cell that stands where earlier frames saw a surface; of one that entered free space: 1
-  int full_taken = 16;         ///< earlier frames that must have seen a surface there for all of that weight
+  int full_taken = 20;         ///< earlier frames that must have seen a surface there for all of that weight
   double hindsight = 0.15;     ///< how much later it is judged what has left its place, s
   double memory_weight = 0.5;  ///< of what was believed in the last frame
-  double bias = 0.1;           ///< weight of believing, without any evidence, that a cell is static
+  double bias = 0.05;          ///< weight of believing, without any evidence, that a cell is static
   double unseen_bias =
       0.2;  ///< the same where no earlier frame says anything: nothing there holds against what leaks in
-  double reach = 12.0;       ///< how far evidence spreads along a surface, cells
+  double reach = 0.3;        ///< how far evidence spreads along a surface, m
   double depth_step = 0.01;  ///< relative step of depth between cells that is still one surface
   double grey_step = 12.0;   ///< step of grey value that weakens the spreading by the factor e
   int passes = 2;            ///< of the filter that spreads evidence
@@ -43,7 +43,7 @@ struct MotionBeliefOptions {
     v.number("bias", bias, {0.0, 10.0, "", "weight of believing without evidence that a cell is static"});
     v.number("unseen_bias", unseen_bias,
              {0.0, 10.0, "", "the same for a cell about which no earlier frame says anything"});
-    v.number("reach", reach, {1.0, 1000.0, "cells", "how far evidence spreads along a surface"});
+    v.number("reach", reach, {0.01, 100.0, "m", "how far evidence spreads along a surface"});
     v.number("depth_step", depth_step,
              {1e-4, 1.0, "", "relative step of depth between cells that is still one surface"});
     v.number("grey_step", grey_step,
@@ -53,8 +53,10 @@ struct MotionBeliefOptions {
 };
 
 /// How easily evidence passes between neighbouring cells: well within a smooth surface, hardly over an edge
-/// of depth, and where depth is missing as the grey values say.
-[[nodiscard]] Conductance surface_conductance(const GridFrame& frame, const MotionBeliefOptions& options);
+/// of depth, and where depth is missing as the grey values say. The reach is a length in the world, so that a
+/// body that fills the image is filled like one far away.
+[[nodiscard]] Conductance surface_conductance(const GridFrame& frame, const WorkingGrid& grid,
+                                              const MotionBeliefOptions& options);
 
 /// For every cell how sure it is that it moves or has moved lately, -1 (static) to 1, CV_32FC1. What is known
 /// of single cells is averaged over the surface around each:

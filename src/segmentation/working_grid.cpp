@@ -42,6 +42,8 @@ WorkingGrid::WorkingGrid(const Camera& camera, int width) : image_size_(camera.w
       ray_y_.push_back(static_cast<float>(ray.y()));
     }
   }
+  focal_length_ =
+      static_cast<float>(camera.fx) * static_cast<float>(size_.width) / static_cast<float>(camera.width);
   fill_table(camera);
   inverse_of_raw_.resize(std::numeric_limits<std::uint16_t>::max() + 1);
   for (std::size_t raw = 1; raw < inverse_of_raw_.size(); ++raw) {
@@ -52,8 +54,7 @@ WorkingGrid::WorkingGrid(const Camera& camera, int width) : image_size_(camera.w
 void WorkingGrid::fill_table(const Camera& camera) {
   const auto [low_x, high_x] = std::minmax_element(ray_x_.begin(), ray_x_.end());
   const auto [low_y, high_y] = std::minmax_element(ray_y_.begin(), ray_y_.end());
-  const float cell =
-      static_cast<float>(image_size_.width) / static_cast<float>(size_.width) / static_cast<float>(camera.fx);
+  const float cell = 1.0F / focal_length_;
   entries_per_unit_ = kTableEntriesPerCell / cell;
   first_x_ = *low_x - cell / 2;
   first_y_ = *low_y - cell / 2;

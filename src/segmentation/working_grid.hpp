@@ -43,6 +43,9 @@ class WorkingGrid {
     return table_.ptr<int>(static_cast<int>(row))[static_cast<int>(column)];
   }
 
+  /// Cells per unit of x/z: a length l at depth z spans l/z times as many cells.
+  [[nodiscard]] float focal_length() const { return focal_length_; }
+
   /// First image column (row) of a grid column (row); that of the number of columns is the image's width.
   [[nodiscard]] int image_x(int grid_x) const { return grid_x * image_size_.width / size_.width; }
   [[nodiscard]] int image_y(int grid_y) const { return grid_y * image_size_.height / size_.height; }
@@ -60,6 +63,7 @@ class WorkingGrid {
   cv::Size size_, image_size_;
   std::vector<float> ray_x_, ray_y_;
   cv::Mat table_;  // CV_32SC1: the cell of a ray, entries_per_unit_ entries per unit of x/z and y/z
+  float focal_length_ = 1.0F;
   float first_x_ = 0.0F, first_y_ = 0.0F, entries_per_unit_ = 1.0F;
   std::vector<float> inverse_of_raw_;  // 1/m of each raw depth value; 0 for 0
 };
