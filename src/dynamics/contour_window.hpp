@@ -22,13 +22,12 @@ namespace ipl_slam {
 /// invariants of noisy outlines keep the similarity of still objects below 0.85, and a moving camera does the
 /// rest. The defaults are the middle of the gap between people who walk and what stays (docs/method.md).
 struct ContourWindowOptions {
-  int window = 20;        ///< source frames over which an instance is judged
-  int pair_gap = 10;      ///< source frames between the masks of a pair
-  int tolerance = 5;      ///< source frames by which a pair's gap may differ where frames have no masks
-  int minimum_pairs = 3;  ///< pairs from which on an instance is judged
-  int sparse_window =
-      60;  ///< source frames to which the window stretches where it holds fewer pairs; 0: never
-  double threshold = 0.65;         ///< similarity over the window below this is motion
+  int window = 20;          ///< source frames over which an instance is judged
+  int pair_gap = 10;        ///< source frames between the masks of a pair
+  int tolerance = 5;        ///< source frames by which a pair's gap may differ where frames have no masks
+  int minimum_pairs = 3;    ///< pairs from which on an instance is judged
+  int sparse_window = 60;   ///< source frames to which a window of fewer pairs stretches; 0: it does not
+  double threshold = 0.65;  ///< similarity over the window below this is motion
   double movable_threshold = 0.5;  ///< the same for classes that do not move by themselves (class_role.hpp)
   double iou_weight = 1.0;         ///< share of IoU in the similarity, the rest is that of the Hu invariants
   bool robust = true;        ///< the window's similarity is the median without the two lowest, else the mean
@@ -49,7 +48,7 @@ struct ContourWindowOptions {
         "sparse_window", sparse_window,
         {0, 1000, "frames",
          "to which the window stretches, and the gap of a pair may grow, where masks are too rare for it; "
-         "0: never"});
+         "0 switches this off"});
     v.number("threshold", threshold,
              {0.0, 1.0, "1", "similarity of the contours over the window below this is motion"});
     v.number(
