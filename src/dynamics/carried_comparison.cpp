@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "common/median.hpp"
+
 namespace ipl_slam {
 namespace {
 
@@ -32,9 +34,7 @@ double median_inverse_depth(const BitMask& mask, const InstanceView::Shape& shap
     if (const auto raw = depth.at<std::uint16_t>(y, x); raw != 0) measured.push_back(raw);
   });
   if (measured.empty()) return 0.0;
-  const auto middle = measured.begin() + static_cast<std::ptrdiff_t>(measured.size() / 2);
-  std::nth_element(measured.begin(), middle, measured.end());
-  return depth_scale / *middle;
+  return depth_scale / median(measured);
 }
 
 void add_point(Moments<double>& m, double x, double y, double weight) {

@@ -26,6 +26,7 @@ struct ContourWindowOptions {
   int pair_gap = 10;        ///< source frames between the masks of a pair
   int tolerance = 5;        ///< source frames by which a pair's gap may differ where frames have no masks
   int minimum_pairs = 3;    ///< pairs from which on an instance is judged
+  int sparse_window = 60;   ///< source frames to which a window of fewer pairs stretches; 0: it does not
   double threshold = 0.65;  ///< similarity over the window below this is motion
   double movable_threshold = 0.5;  ///< the same for classes that do not move by themselves (class_role.hpp)
   double iou_weight = 1.0;         ///< share of IoU in the similarity, the rest is that of the Hu invariants
@@ -43,6 +44,11 @@ struct ContourWindowOptions {
              {0, 1000, "frames", "by which the gap of a pair may differ where not every frame has masks"});
     v.number("minimum_pairs", minimum_pairs,
              {1, 1000, "count", "pairs from which on an instance is judged; until then it is a candidate"});
+    v.number(
+        "sparse_window", sparse_window,
+        {0, 1000, "frames",
+         "to which the window stretches, and the gap of a pair may grow, where masks are too rare for it; "
+         "0 switches this off"});
     v.number("threshold", threshold,
              {0.0, 1.0, "1", "similarity of the contours over the window below this is motion"});
     v.number(
@@ -67,8 +73,13 @@ struct ContourWindowOptions {
   }
 };
 
-/// The values of the paper, and its comparison of masks as they lie in the image.
+/// The values of the paper, and its comparison of masks as they lie in the image. Every frame needs masks, or
+/// every second, fifth or tenth: pairs are exactly 10 frames apart.
 [[nodiscard]] ContourWindowOptions paper_contour_window();
+
+/// Throws UserError for values with which nothing could ever be judged, though each is in its range. Keys are
+/// named as in the settings' section "contours".
+void check(const ContourWindowOptions& options);
 
 [[nodiscard]] const char* to_string(MotionState state);
 
@@ -106,21 +117,18 @@ struct ContourVerdicts {
 /// In a window of 20 frames every mask is compared with the one 10 frames before it and the last with the
 /// first. A mean similarity below the threshold is motion, and all masks of the window are marked dynamic.
 /// The window is measured in source frames; where not every frame has masks, pairs take the nearest that has.
+/// Where masks are so rare that the window holds fewer than `minimum_pairs`, it stretches until it does: a
+/// pair's gap grows to the next mask before, and older pairs stay, up to `sparse_window`.
 ///
 /// An instance that was found moving enters the record table: from then on it is moving at once, also when it
 /// comes back under its id, and only one pair per `pair_gap` frames is still looked at. When these pairs were
 /// all at the threshold or above over a whole window, the instance is still again.
-///
-/// Call start_new_world() when poses are no longer in the same frame of reference (a new map).
 class ContourWindow {
  public:
   ContourWindow(const Camera& camera, const ContourWindowOptions& options);
 
   /// Judges the instances of the next frame. Throws std::invalid_argument where frames are not in order.
   [[nodiscard]] ContourVerdicts process(const ContourFrame& frame);
-
-  /// Masks seen so far are not compared with those of later frames; what was found stays known.
-  void start_new_world() { views_.clear(); }
 
  private:
   struct View {
@@ -133,15 +141,19 @@ class ContourWindow {
   };
   struct Track {
     std::size_t first_seen = 0, last_seen = 0;
-    std::deque<Pair> pairs;  // pair_gap apart
+    std::deque<Pair> pairs;  // about pair_gap apart
     ContourVerdict verdict;
   };
 
-  // Of an instance of the newest view: judged by the window, or only checked.
-  void judge(Track& track, std::size_t instance);
+  [[nodiscard]] Track& track_of(InstanceId id, std::size_t now);
+  // Of an instance of the newest view: judged by the window, or only checked. To judge gives the first frame
+  // of the window, nothing where there was too little to judge by.
+  std::optional<std::size_t> judge(Track& track, std::size_t instance);
   void check_known_mover(Track& track, std::size_t instance);
-  // With its mask in the frame nearest to `gap` frames ago.
-  [[nodiscard]] std::optional<Pair> compare(std::size_t instance, int gap) const;
+  // The view with a mask of the track in a frame from `first_seen` to before `end` that is the nearest to
+  // `gap` frames ago, else the next one before.
+  [[nodiscard]] const View* find_earlier(const Track& track, int gap, std::size_t end) const;
+  [[nodiscard]] std::optional<Pair> compare(const View& earlier, std::size_t instance) const;
   // What a similarity must not fall below.
   [[nodiscard]] double threshold_of(std::size_t instance) const;
   void forget_old(std::size_t now);
@@ -149,7 +161,7 @@ class ContourWindow {
   ContourWindowOptions options_;
   double depth_scale_;  // of the camera
   CarriedComparison carried_;
-  std::size_t window_;
+  std::size_t window_, sparse_window_;
   RecordTable movers_;
   std::deque<View> views_;
   std::map<InstanceId, Track> tracks_;

@@ -19,7 +19,6 @@ class RecordTable {
   RecordTable(std::size_t window, std::size_t forget_after) : window_(window), forget_after_(forget_after) {}
 
   [[nodiscard]] bool contains(InstanceId id) const { return records_.contains(id); }
-  [[nodiscard]] std::size_t size() const { return records_.size(); }
 
   /// Records that an instance was found moving.
   void add(InstanceId id, std::size_t frame);

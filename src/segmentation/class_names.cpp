@@ -117,20 +117,22 @@ std::vector<std::string> class_names(std::string_view metadata, int count) {
 }
 
 std::vector<bool> select_classes(std::string_view list, const std::vector<std::string>& names) {
-  if (trimmed(list).empty()) return std::vector<bool>(names.size(), true);
   std::vector<bool> selected(names.size(), false);
-  while (true) {
-    const std::size_t comma = list.find(',');
-    const std::string_view name = trimmed(list.substr(0, comma));
+  bool any = false;
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(','), list.size());
+    const std::string_view name = trimmed(list.substr(0, end));
+    list.remove_prefix(std::min(end + 1, list.size()));
+    if (name.empty()) continue;
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
       throw UserError(
           fmt::format("the model knows no class '{}'; did you mean '{}'?", name, nearest_name(name, names)));
     }
     selected[static_cast<std::size_t>(found - names.begin())] = true;
-    if (comma == std::string_view::npos) return selected;
-    list.remove_prefix(comma + 1);
+    any = true;
   }
+  return any ? selected : std::vector<bool>(names.size(), true);
 }
 
 }  // namespace ipl_slam

@@ -17,8 +17,8 @@ namespace ipl_slam {
 /// "class 0", "class 1", ...
 [[nodiscard]] std::vector<std::string> class_names(std::string_view metadata, int count);
 
-/// Which classes a comma-separated list of names asks for, all for an empty list. Throws UserError for a name
-/// that is not among `names`, with the nearest that is.
+/// Which classes a comma-separated list of names asks for, all where it names none. Throws UserError for a
+/// name that is not among `names`, with the nearest that is.
 [[nodiscard]] std::vector<bool> select_classes(std::string_view list, const std::vector<std::string>& names);
 
 }  // namespace ipl_slam

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "common/median.hpp"
 #include "segmentation/assignment.hpp"
 #include "segmentation/class_role.hpp"
 
@@ -302,10 +303,8 @@ Eigen::Vector3d InstanceTracker::place_of(const CarryView& view, const BitMask& 
     }
   }
   if (depths.empty()) return {0, 0, 0};
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
   return camera_.unproject(camera_.undistort(sum / static_cast<double>(depths.size())),
-                           *middle / camera_.depth_scale);
+                           median(depths) / camera_.depth_scale);
 }
 
 std::vector<TrackedInstance> InstanceTracker::in_view() const {

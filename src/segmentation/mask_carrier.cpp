@@ -9,14 +9,14 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "common/median.hpp"
 #include "segmentation/motion_field.hpp"
 
 namespace ipl_slam {
 namespace {
 
-constexpr int kLevels = 3;  // of the flow's pyramid above the halved image
-constexpr int kCoarse = 8;  // pixels per pixel of the coarse image, which is level 2 of the halved one
-constexpr int kCoarseLevel = 2;
+constexpr int kLevels = 3;  // of the flow's pyramid above the halved image; small images have fewer
+constexpr int kCoarse = 8;  // pixels per pixel of the coarse image
 
 /// Raw depth of an instance: centre, and how far from it the instance extends.
 struct DepthRange {
@@ -27,13 +27,6 @@ struct DepthRange {
 
 int depth_at(const cv::Mat& depth, int x, int y) {
   return depth.at<std::uint16_t>(y, x);
-}
-
-template <class T>
-T median(std::vector<T>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 DepthRange depth_range(const BitMask& mask, cv::Rect box, const cv::Mat& depth, int slack) {
@@ -143,7 +136,7 @@ cv::Point Carry::coarse_shift(cv::Point expected) const {
   constexpr float kFewest = 0.4F;   // share of the samples that must stay in the image
   constexpr float kShiftPenalty =
       0.3F;  // grey values per coarse pixel off what is expected: only with a reason
-  const cv::Mat &grey = from_.pyramid[2 * kCoarseLevel], &new_grey = to_.pyramid[2 * kCoarseLevel];
+  const cv::Mat &grey = from_.coarse_grey, &new_grey = to_.coarse_grey;
   std::vector<Sample> samples;
   for (int y = box_.y / kCoarse; y * kCoarse < box_.br().y && y < grey.rows; ++y) {
     for (int x = box_.x / kCoarse; x * kCoarse < box_.br().x && x < grey.cols; ++x) {
@@ -361,7 +354,8 @@ CarryView MaskCarrier::view(const RgbdFrame& frame, const std::optional<SE3>& T_
   cv::Mat grey = view.color;
   if (grey.channels() == 3) cv::cvtColor(view.color, grey, cv::COLOR_BGR2GRAY);
   cv::buildOpticalFlowPyramid(grey, view.pyramid, {options_.window, options_.window}, kLevels);
-  const cv::Size coarse = view.pyramid[2 * kCoarseLevel].size();
+  const cv::Size coarse((size.width + kCoarse - 1) / kCoarse, (size.height + kCoarse - 1) / kCoarse);
+  cv::resize(grey, view.coarse_grey, coarse, 0, 0, cv::INTER_AREA);
   cv::resize(view.depth, view.coarse_depth, coarse, 0, 0, cv::INTER_NEAREST);
   return view;
 }

@@ -51,7 +51,8 @@ struct CarryView {
   std::vector<cv::Mat> pyramid;  ///< of the halved grey image, as cv::buildOpticalFlowPyramid makes it
   cv::Mat color;                 ///< the frame's, halved
   cv::Mat depth;                 ///< CV_16UC1, raw, the frame's own
-  cv::Mat coarse_depth;          ///< depth of every 8th pixel
+  cv::Mat coarse_grey;           ///< an eighth of the frame's size
+  cv::Mat coarse_depth;          ///< the same, without interpolation
 };
 
 /// The camera's motion between two views: maps points of the camera frame of `from` into that of `to`.

@@ -22,22 +22,41 @@ namespace fs = std::filesystem;
 constexpr int kMaxId = 65535;  // of 16 bits
 constexpr const char* kIndex = "masks.txt";
 
+UserError unreadable(const fs::path& path, const std::error_code& error) {
+  return UserError(fmt::format("'{}' cannot be read ({}); check the folder of the masks and its permissions",
+                               path.string(), error.message()));
+}
+
+bool is_there(const fs::path& file) {
+  std::error_code error;
+  const bool found = fs::exists(file, error);
+  if (error) throw unreadable(file, error);
+  return found;
+}
+
 // The PNG files whose names are timestamps, in order of time.
 std::vector<ListedImage> images_named_by_time(const fs::path& folder) {
   std::vector<ListedImage> images;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() != ".png") continue;
-    const std::optional<double> time = parse_number(entry.path().stem().string());
-    if (time && std::isfinite(*time)) images.push_back({*time, entry.path().filename().string()});
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const fs::path& file = entry->path();
+    if (file.extension() != ".png") continue;
+    const std::optional<double> time = parse_number(file.stem().string());
+    if (time && std::isfinite(*time)) images.push_back({*time, file.filename().string()});
   }
+  if (error) throw unreadable(folder, error);
   std::sort(images.begin(), images.end(), [](const ListedImage& a, const ListedImage& b) {
     return std::tie(a.timestamp, a.file) < std::tie(b.timestamp, b.file);
   });
   return images;
 }
 
+bool is_decimal(std::string_view word) {
+  return word.find('.') != std::string_view::npos && parse_number(word);
+}
+
 std::vector<ListedImage> find_images(const fs::path& folder) {
-  if (fs::exists(folder / kIndex)) return read_image_list(folder / kIndex).images;
+  if (is_there(folder / kIndex)) return read_image_list(folder / kIndex).images;
   std::vector<ListedImage> images = images_named_by_time(folder);
   if (images.empty()) {
     throw UserError(fmt::format(
@@ -92,14 +111,18 @@ std::map<int, BitMask> split(const cv::Mat& labels, int min_area) {
 MaskFolderSegmenter::MaskFolderSegmenter(const MaskFolderOptions& options, cv::Size image_size)
     : folder_(options.folder), options_(options), image_size_(image_size) {
   std::error_code error;
-  if (options.folder.empty()) throw UserError("no folder of masks is set; give one");
+  if (options.folder.empty()) {
+    throw UserError(
+        "the segmenter masks needs a folder of masks; give one with --masks FOLDER or in the setting "
+        "segmentation.masks.folder");
+  }
   if (!fs::is_directory(folder_, error)) {
     throw UserError(fmt::format("'{}' is no folder; give the folder of the masks", options.folder));
   }
   images_ = find_images(folder_);
-  if (fs::exists(folder_ / "classes.txt")) {
+  if (is_there(folder_ / "classes.txt")) {
     classes_ = read_classes(folder_ / "classes.txt");
-  } else if (fs::exists(folder_ / "objects.json")) {
+  } else if (is_there(folder_ / "objects.json")) {
     classes_ = read_objects(folder_ / "objects.json");
   }
 
@@ -125,16 +148,16 @@ MaskFolderSegmenter::ClassList MaskFolderSegmenter::read_classes(const fs::path&
   for (const TextLine& line : read_lines(file)) {
     const std::vector<std::string_view> words = split_words(line.text);
     const std::optional<double> id = parse_number(words[0]);
-    // Names may hold blanks ("dining table"): up to the first number.
+    // Names may hold blanks and whole numbers ("dining table", "class 3"): up to the first with a point.
     std::size_t end = 1;
-    while (end < words.size() && !parse_number(words[end])) ++end;
+    while (end < words.size() && !is_decimal(words[end])) ++end;
     const double score = end < words.size() ? *parse_number(words[end]) : 1.0;
-    const bool good =
-        id && *id >= 1 && *id <= kMaxId && *id == std::floor(*id) && end > 1 && score >= 0.0 && score <= 1.0;
+    const bool good = id && *id >= 1 && *id <= kMaxId && *id == std::floor(*id) && end > 1 &&
+                      end + 1 >= words.size() && score >= 0.0 && score <= 1.0;
     if (!good) {
       throw UserError(
           fmt::format("{}:{}: cannot understand '{}'; a line reads \"ID CLASS [SCORE]\", e.g. \"3 person "
-                      "0.87\", ID from 1 to {}, SCORE from 0 to 1",
+                      "0.87\", ID from 1 to {}, SCORE from 0.0 to 1.0, with its decimal point, at the end",
                       file.string(), line.number, line.text, kMaxId));
     }
     const char* begin = words[1].data();
@@ -180,6 +203,7 @@ std::vector<Instance> MaskFolderSegmenter::broken_file(const std::string& proble
 }
 
 std::vector<Instance> MaskFolderSegmenter::segment(const RgbdFrame& frame) {
+  ++frames_;
   const ListedImage* listed = nearest(frame.timestamp);
   const fs::path file = listed == nullptr ? fs::path() : folder_ / listed->file;
   std::error_code error;
@@ -194,16 +218,20 @@ std::vector<Instance> MaskFolderSegmenter::segment(const RgbdFrame& frame) {
   }
   const fs::path own_list = fs::path(file).replace_extension(".txt");
   try {
-    return instances(labels.image, fs::exists(own_list, error) ? read_classes(own_list) : classes_);
-  } catch (const UserError& unreadable_list) {
-    return broken_file(unreadable_list.what());
+    return instances(labels.image, is_there(own_list) ? read_classes(own_list) : classes_);
+  } catch (const UserError& broken_list) {
+    return broken_file(broken_list.what());
   }
 }
 
 std::vector<std::string> MaskFolderSegmenter::remarks() const {
   std::vector<std::string> lines;
-  if (missing_ > 0)
-    lines.push_back(fmt::format("{} frames have no mask in '{}'", missing_, folder_.string()));
+  if (missing_ > 0 && missing_ == frames_) {
+    lines.push_back(fmt::format("none of the {} frames has a mask in '{}'; does it belong to this sequence?",
+                                frames_, folder_.string()));
+  } else if (missing_ > 0) {
+    lines.push_back(fmt::format("{} of {} frames have no mask in '{}'", missing_, frames_, folder_.string()));
+  }
   if (broken_ > 0) lines.push_back(fmt::format("{} masks could not be used: {}", broken_, last_problem_));
   return lines;
 }

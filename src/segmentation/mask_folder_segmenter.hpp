@@ -33,8 +33,10 @@ struct MaskFolderOptions {
 /// - label images, PNG with one channel of 8 or 16 bits: a pixel's value is the id of its instance, 0 = none;
 /// - masks.txt, lines "timestamp file" (relative to the folder), as `ipl_slam synth` writes it; without it
 ///   the images are named by their timestamps, e.g. 1305031102.175304.png;
-/// - optionally what the ids mean: classes.txt with lines "ID CLASS [SCORE]" and '#' comments (what follows
-///   the score is not read), or objects.json as `ipl_slam synth` writes it;
+/// - optionally what the ids mean: classes.txt with lines "ID CLASS [SCORE]" and '#' comments, or
+///   objects.json as `ipl_slam synth` writes it. The score is the last word if that is a number with a
+///   decimal point, from 0.0 to 1.0, and no other word is; so "3 class 7" has none and "3 class 7 0.9" has
+///   one;
 /// - optionally the same for one image alone, for segmenters that count anew in every frame: a file beside
 ///   the image with the ending .txt. It then counts instead of the folder's list.
 /// An id that no list names is an instance of class "unknown" with score 1.
@@ -46,17 +48,11 @@ class MaskFolderSegmenter : public Segmenter {
   MaskFolderSegmenter(const MaskFolderOptions& options, cv::Size image_size);
 
   /// Best score first, then by id. Frames may come in any order. No instances where the frame's mask is
-  /// missing or broken, which is counted.
+  /// missing or broken.
   [[nodiscard]] std::vector<Instance> segment(const RgbdFrame& frame) override;
   [[nodiscard]] std::string name() const override { return "masks"; }
+  /// How many frames had no mask, and how many one that could not be used, with what is wrong with the last.
   [[nodiscard]] std::vector<std::string> remarks() const override;
-
-  /// Frames without a mask, up to now. If this is all of them, the folder belongs to another sequence.
-  [[nodiscard]] std::size_t missing() const { return missing_; }
-  /// Frames whose mask, or its class list, could not be used.
-  [[nodiscard]] std::size_t broken() const { return broken_; }
-  /// The file that was broken last and what is wrong with it; empty if none was.
-  [[nodiscard]] const std::string& last_problem() const { return last_problem_; }
 
  private:
   struct ClassScore {
@@ -76,7 +72,7 @@ class MaskFolderSegmenter : public Segmenter {
   cv::Size image_size_;
   std::vector<ListedImage> images_;  // in order of time
   ClassList classes_;
-  std::size_t missing_ = 0, broken_ = 0;
+  std::size_t frames_ = 0, missing_ = 0, broken_ = 0;
   std::string last_problem_;
 };
 

@@ -6,7 +6,7 @@
 namespace ipl_slam {
 namespace {
 
-constexpr int kMaxSide = 4096;  // the sums below then stay inside 63 bits
+constexpr int kMaxSide = 8192;  // x^3, summed over a full mask, then stays below 2^63
 
 // Sums of 1, x, x^2 and x^3 over the pixels of a row.
 struct PowerSums {
@@ -38,21 +38,31 @@ PowerSums row_sums(const std::uint64_t* words, int count, int width) {
   return sums;
 }
 
-// Moments about (x, y) instead of (0, 0). In integers, so that nothing is lost where large moments cancel.
-Moments<double> shifted(const Moments<std::int64_t>& m, std::int64_t x, std::int64_t y) {
+Moments<std::uint64_t> modulo(const Moments<std::int64_t>& m) {
+  const auto u = [](std::int64_t value) { return static_cast<std::uint64_t>(value); };
+  return {u(m.m00), u(m.m10), u(m.m01), u(m.m20), u(m.m11), u(m.m02), u(m.m30), u(m.m21), u(m.m12), u(m.m03)};
+}
+
+// Moments about (x, y) instead of (0, 0). In integers, so that nothing is lost where large moments cancel,
+// and modulo 2^64, since summands may be larger: the results, moments about the shape's middle, are not.
+Moments<double> shifted(const Moments<std::int64_t>& signed_moments, std::int64_t middle_x,
+                        std::int64_t middle_y) {
+  const Moments<std::uint64_t> m = modulo(signed_moments);
+  const auto x = static_cast<std::uint64_t>(middle_x), y = static_cast<std::uint64_t>(middle_y);
+  const auto number = [](std::uint64_t value) {
+    return static_cast<double>(static_cast<std::int64_t>(value));
+  };
   Moments<double> s;
-  s.m00 = static_cast<double>(m.m00);
-  s.m10 = static_cast<double>(m.m10 - x * m.m00);
-  s.m01 = static_cast<double>(m.m01 - y * m.m00);
-  s.m20 = static_cast<double>(m.m20 - 2 * x * m.m10 + x * x * m.m00);
-  s.m11 = static_cast<double>(m.m11 - x * m.m01 - y * m.m10 + x * y * m.m00);
-  s.m02 = static_cast<double>(m.m02 - 2 * y * m.m01 + y * y * m.m00);
-  s.m30 = static_cast<double>(m.m30 - 3 * x * m.m20 + 3 * x * x * m.m10 - x * x * x * m.m00);
-  s.m21 = static_cast<double>(m.m21 - 2 * x * m.m11 + x * x * m.m01 -
-                              y * (m.m20 - 2 * x * m.m10 + x * x * m.m00));
-  s.m12 = static_cast<double>(m.m12 - 2 * y * m.m11 + y * y * m.m10 -
-                              x * (m.m02 - 2 * y * m.m01 + y * y * m.m00));
-  s.m03 = static_cast<double>(m.m03 - 3 * y * m.m02 + 3 * y * y * m.m01 - y * y * y * m.m00);
+  s.m00 = number(m.m00);
+  s.m10 = number(m.m10 - x * m.m00);
+  s.m01 = number(m.m01 - y * m.m00);
+  s.m20 = number(m.m20 - 2 * x * m.m10 + x * x * m.m00);
+  s.m11 = number(m.m11 - x * m.m01 - y * m.m10 + x * y * m.m00);
+  s.m02 = number(m.m02 - 2 * y * m.m01 + y * y * m.m00);
+  s.m30 = number(m.m30 - 3 * x * m.m20 + 3 * x * x * m.m10 - x * x * x * m.m00);
+  s.m21 = number(m.m21 - 2 * x * m.m11 + x * x * m.m01 - y * (m.m20 - 2 * x * m.m10 + x * x * m.m00));
+  s.m12 = number(m.m12 - 2 * y * m.m11 + y * y * m.m10 - x * (m.m02 - 2 * y * m.m01 + y * y * m.m00));
+  s.m03 = number(m.m03 - 3 * y * m.m02 + 3 * y * y * m.m01 - y * y * y * m.m00);
   return s;
 }
 

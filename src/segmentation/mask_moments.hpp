@@ -15,7 +15,7 @@ struct Moments {
 };
 
 /// Moments of a mask about pixel (0, 0), each pixel a point of weight 1 at its centre: exact integers. Sides
-/// of the mask up to 4096 pixels.
+/// of the mask up to 8192 pixels.
 [[nodiscard]] Moments<std::int64_t> mask_moments(const BitMask& mask);
 
 /// Hu's seven invariants of a shape: they do not change when it is shifted, scaled or turned (Hu, "Visual

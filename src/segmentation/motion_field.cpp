@@ -3,14 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/median.hpp"
+
 namespace ipl_slam {
 namespace {
-
-float median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 cv::Point2f median_shift(const std::vector<PointMove>& moves) {
   std::vector<float> dx, dy;
@@ -18,7 +14,7 @@ cv::Point2f median_shift(const std::vector<PointMove>& moves) {
     dx.push_back(m.from.x - m.to.x);
     dy.push_back(m.from.y - m.to.y);
   }
-  return {median(std::move(dx)), median(std::move(dy))};
+  return {median(dx), median(dy)};
 }
 
 float length(cv::Point2f v) {
@@ -43,7 +39,8 @@ void MotionField::fit_similarity(const std::vector<PointMove>& moves) {
   for (int round = 0; round < kRounds; ++round) {
     std::vector<float> residuals;
     for (const PointMove& m : moves) residuals.push_back(length(similarity(m.to) - m.from));
-    const float scale = std::max(kTrackingNoise, 2.0F * median(residuals));
+    std::vector<float> sorted = residuals;
+    const float scale = std::max(kTrackingNoise, 2.0F * median(sorted));
     cv::Point2f mean_to, mean_from;
     float sum = 0.0F;
     for (std::size_t i = 0; i < moves.size(); ++i) {

@@ -35,8 +35,32 @@ std::string_view type_name(ONNXTensorElementDataType type) {
       return "float32";
     case ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT16:
       return "float16";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_BFLOAT16:
+      return "bfloat16";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_DOUBLE:
+      return "float64";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_INT8:
+      return "int8";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_INT16:
+      return "int16";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_INT32:
+      return "int32";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_INT64:
+      return "int64";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT8:
+      return "uint8";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT16:
+      return "uint16";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT32:
+      return "uint32";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT64:
+      return "uint64";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_BOOL:
+      return "bool";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_STRING:
+      return "string";
     default:
-      return "other";
+      return "other";  // complex numbers, and those of 8 bits and less
   }
 }
 
@@ -54,21 +78,7 @@ std::string first_line(const char* text) {
 }  // namespace
 
 struct OnnxModel::Implementation {
-  Implementation(std::filesystem::path path, const std::string& bytes, int threads)
-      : file(std::move(path)), session(environment(), bytes.data(), bytes.size(), session_options(threads)) {
-    Ort::AllocatorWithDefaultOptions allocator;
-    for (std::size_t i = 0; i < session.GetInputCount(); ++i) {
-      inputs.push_back(tensor_info(session.GetInputNameAllocated(i, allocator), session.GetInputTypeInfo(i)));
-    }
-    for (std::size_t i = 0; i < session.GetOutputCount(); ++i) {
-      outputs.push_back(
-          tensor_info(session.GetOutputNameAllocated(i, allocator), session.GetOutputTypeInfo(i)));
-    }
-  }
-
-  std::filesystem::path file;
   Ort::Session session;
-  std::vector<TensorInfo> inputs, outputs;
   std::vector<Ort::Value> results;  ///< of the last run
 };
 
@@ -76,10 +86,20 @@ bool has_onnx_runtime() {
   return true;
 }
 
-OnnxModel::OnnxModel(const std::filesystem::path& file, const std::string& bytes, int threads) {
+OnnxModel::OnnxModel(const std::filesystem::path& file, const std::string& bytes, int threads) : file_(file) {
   if (bytes.empty()) throw UserError(fmt::format("'{}' is empty; an ONNX model is needed", file.string()));
   try {
-    implementation_ = std::make_unique<Implementation>(file, bytes, threads);
+    Ort::Session session(environment(), bytes.data(), bytes.size(), session_options(threads));
+    Ort::AllocatorWithDefaultOptions allocator;
+    for (std::size_t i = 0; i < session.GetInputCount(); ++i) {
+      inputs_.push_back(
+          tensor_info(session.GetInputNameAllocated(i, allocator), session.GetInputTypeInfo(i)));
+    }
+    for (std::size_t i = 0; i < session.GetOutputCount(); ++i) {
+      outputs_.push_back(
+          tensor_info(session.GetOutputNameAllocated(i, allocator), session.GetOutputTypeInfo(i)));
+    }
+    implementation_ = std::make_unique<Implementation>(Implementation{std::move(session), {}});
   } catch (const Ort::Exception& error) {
     throw UserError(fmt::format("'{}' is no ONNX model that ONNX Runtime can load ({})", file.string(),
                                 first_line(error.what())));
@@ -89,16 +109,6 @@ OnnxModel::OnnxModel(const std::filesystem::path& file, const std::string& bytes
 OnnxModel::~OnnxModel() = default;
 OnnxModel::OnnxModel(OnnxModel&&) noexcept = default;
 OnnxModel& OnnxModel::operator=(OnnxModel&&) noexcept = default;
-
-const std::filesystem::path& OnnxModel::file() const {
-  return implementation_->file;
-}
-const std::vector<TensorInfo>& OnnxModel::inputs() const {
-  return implementation_->inputs;
-}
-const std::vector<TensorInfo>& OnnxModel::outputs() const {
-  return implementation_->outputs;
-}
 
 std::string OnnxModel::metadata(const std::string& key) const {
   Ort::AllocatorWithDefaultOptions allocator;
@@ -116,15 +126,15 @@ std::vector<TensorView> OnnxModel::run(const TensorView& input) {
       Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault), const_cast<float*>(input.data), count,
       input.shape.data(), input.shape.size());
 
-  const char* input_name = self.inputs.at(0).name.c_str();
+  const char* input_name = inputs_.at(0).name.c_str();
   std::vector<const char*> output_names;
-  for (const TensorInfo& output : self.outputs) output_names.push_back(output.name.c_str());
+  for (const TensorInfo& output : outputs_) output_names.push_back(output.name.c_str());
   try {
     self.results = self.session.Run(Ort::RunOptions{nullptr}, &input_name, &tensor, 1, output_names.data(),
                                     output_names.size());
   } catch (const Ort::Exception& error) {
-    throw UserError(fmt::format("'{}' cannot be run on {} ({})", self.file.string(),
-                                describe({self.inputs[0].name, "float32", input.shape}),
+    throw UserError(fmt::format("'{}' cannot be run on {} ({})", file_.string(),
+                                describe({inputs_[0].name, "float32", input.shape}),
                                 first_line(error.what())));
   }
 

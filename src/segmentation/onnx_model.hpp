@@ -30,9 +30,9 @@ class OnnxModel {
   OnnxModel(OnnxModel&&) noexcept;
   OnnxModel& operator=(OnnxModel&&) noexcept;
 
-  [[nodiscard]] const std::filesystem::path& file() const;
-  [[nodiscard]] const std::vector<TensorInfo>& inputs() const;
-  [[nodiscard]] const std::vector<TensorInfo>& outputs() const;
+  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
+  [[nodiscard]] const std::vector<TensorInfo>& inputs() const { return inputs_; }
+  [[nodiscard]] const std::vector<TensorInfo>& outputs() const { return outputs_; }
   /// The text that the model's maker stored under a key; empty where there is none.
   [[nodiscard]] std::string metadata(const std::string& key) const;
 
@@ -42,6 +42,8 @@ class OnnxModel {
 
  private:
   struct Implementation;
+  std::filesystem::path file_;
+  std::vector<TensorInfo> inputs_, outputs_;
   std::unique_ptr<Implementation> implementation_;
 };
 

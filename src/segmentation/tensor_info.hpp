@@ -9,7 +9,7 @@ namespace ipl_slam {
 /// What a network declares of one of its inputs or outputs.
 struct TensorInfo {
   std::string name;
-  std::string type;                 ///< of its elements: "float32", "float16", "int64" or "other"
+  std::string type;  ///< of its elements, e.g. "float32", "int64"; "other" for what has no such name
   std::vector<std::int64_t> shape;  ///< -1 where the size is open
 };
 

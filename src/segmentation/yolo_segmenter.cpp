@@ -1,7 +1,6 @@
 #include "segmentation/yolo_segmenter.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +11,7 @@
 #include <ipl_slam/error.hpp>
 
 #include "common/log.hpp"
+#include "common/stopwatch.hpp"
 #include "common/text_file.hpp"
 #include "segmentation/class_names.hpp"
 #include "segmentation/onnx_softmax.hpp"
@@ -22,19 +22,11 @@ namespace {
 constexpr int kStride = 32;  // of the network's coarsest level; an input side is a multiple of it
 constexpr std::int64_t kOpen = -1;
 
-using Clock = std::chrono::steady_clock;
-
-/// Milliseconds since `start`, which is set to now.
-double lap(Clock::time_point& start) {
-  const Clock::time_point now = Clock::now();
-  const double elapsed = std::chrono::duration<double, std::milli>(now - start).count();
-  start = now;
-  return elapsed;
-}
-
 OnnxModel load(const YoloOptions& options) {
   if (options.model.empty()) {
-    throw UserError("the YOLO segmenter needs a model; give an ONNX file with --model or in IPL_SLAM_MODEL");
+    throw UserError(
+        "the segmenter yolo needs a model; give an ONNX file with --model FILE, in the setting "
+        "segmentation.yolo.model or in the environment variable IPL_SLAM_MODEL");
   }
   std::string bytes = read_file(options.model);
   if (mend_softmax_opset(bytes)) {
@@ -125,15 +117,15 @@ cv::Size YoloSegmenter::input_size(cv::Size image) const {
 }
 
 std::vector<Instance> YoloSegmenter::segment(const RgbdFrame& frame) {
-  Clock::time_point start = Clock::now();
+  Stopwatch stopwatch;
   const cv::Size image = frame.color.size();
   const Letterbox letterbox(image, input_size(image), max_scale(image));
   fill_letterbox(frame.color, letterbox, planes_);
-  times_.preprocess = lap(start);
+  times_.preprocess = stopwatch.restart();
   const YoloOutput output = run(letterbox.input);
-  times_.inference = lap(start);
+  times_.inference = stopwatch.restart();
   std::vector<Instance> instances = decode(output, letterbox);
-  times_.postprocess = lap(start);
+  times_.postprocess = stopwatch.milliseconds();
   return instances;
 }
 
@@ -158,8 +150,9 @@ YoloOutput YoloSegmenter::run(cv::Size input) {
 }
 
 std::vector<Instance> YoloSegmenter::decode(const YoloOutput& output, const Letterbox& letterbox) const {
-  const std::vector<Detection> detections = suppress_overlaps(
-      find_candidates(output, options_.min_score, selected_), options_.nms_iou, options_.max_instances);
+  const std::vector<Detection> detections =
+      suppress_overlaps(find_candidates(output, static_cast<float>(options_.min_score), selected_),
+                        static_cast<float>(options_.nms_iou), options_.max_instances);
   std::vector<Instance> instances;
   for (const Detection& detection : detections) {
     const cv::Rect box = image_box(detection, letterbox);

@@ -16,9 +16,9 @@ namespace ipl_slam {
 struct YoloOptions {
   std::string model;    ///< ONNX file
   std::string classes;  ///< names of those to keep, separated by commas; empty = all
-  float min_score =
-      0.25F;  ///< Ultralytics' default; of 0.25 to 0.35 the one that finds most at hardly more error
-  float nms_iou = 0.7F;     ///< Ultralytics' default for prediction
+  double min_score =
+      0.25;  ///< Ultralytics' default; of 0.25 to 0.35 the one that finds most at hardly more error
+  double nms_iou = 0.7;     ///< Ultralytics' default for prediction
   int max_instances = 100;  ///< per image, the best
   /// Pixels of the longer side of the image in the network's input. At 640, as the networks were trained,
   /// people who fill much of the picture are overlooked more often than at 320 (measured: 71 against 86 % of

@@ -1,10 +1,11 @@
 #include "dynamics/contour_window.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
+
+#include <ipl_slam/error.hpp>
 
 #include "dynamics/billboards.hpp"
 
@@ -115,25 +116,114 @@ TEST(ContourWindow, LeavesTheSeatedAloneWhenSomebodyPassesBeforeHim) {
   }
 }
 
+// Masks in every `step`-th frame only; what the others have is carried there. The walker stays in view, apart
+// from the seated, for 65 frames.
+ContourFrame sparse_frame(std::size_t i, std::size_t step) {
+  const auto time = static_cast<double>(i);
+  const Billboard seated{0, 1.2, 0.0, 3.0}, slow_walker{1, -1.0 + 0.025 * time, 0.0, 2.5};
+  ContourFrame frame = frame_of(i, {seated, slow_walker}, camera_pose(0.005 * time));
+  for (TrackedInstance& tracked : frame.instances) {
+    tracked.frames_carried = static_cast<int>(i % step);
+    // A carried mask is no evidence, whatever it says.
+    if (tracked.frames_carried != 0) tracked.instance.mask = BitMask(frame.depth.size());
+  }
+  return frame;
+}
+
 TEST(ContourWindow, JudgesAlsoWhereOnlySomeFramesHaveMasks) {
-  for (const std::size_t step : {3U, 5U, 8U, 10U}) {
+  for (const std::size_t step : {3U, 5U, 8U, 10U, 11U, 12U, 15U, 20U, 30U}) {
+    ContourWindow window(kBillboardCamera, {});
+    // From three masks on there are three comparisons; dense ones wait for the window to fill.
+    const std::size_t judged = std::max<std::size_t>(20 + step, 2 * step);
+    for (std::size_t i = 0; i <= 65; ++i) {
+      const ContourVerdicts verdicts = window.process(sparse_frame(i, step));
+      EXPECT_NE(state_of(verdicts, 0), MotionState::kMoving) << "masks every " << step << ", frame " << i;
+      if (i < judged) continue;
+      EXPECT_EQ(state_of(verdicts, 0), MotionState::kStill) << "masks every " << step << ", frame " << i;
+      EXPECT_EQ(state_of(verdicts, 1), MotionState::kMoving) << "masks every " << step << ", frame " << i;
+    }
+  }
+}
+
+// A slow segmenter in realtime: the frames between are not given at all.
+TEST(ContourWindow, JudgesAlsoWhereFramesAreFarApart) {
+  for (const std::size_t step : {12U, 15U, 25U, 30U}) {
     ContourWindow window(kBillboardCamera, {});
     ContourVerdicts verdicts;
-    for (std::size_t i = 0; i <= 40; ++i) {
-      ContourFrame frame = frame_of(i, {kSeated, walker(i)}, swaying_camera(i));
-      for (TrackedInstance& tracked : frame.instances) {
-        tracked.frames_carried = static_cast<int>(i % step);
-        // A carried mask is no evidence, whatever it says.
-        if (tracked.frames_carried != 0) tracked.instance.mask = BitMask(frame.depth.size());
-      }
-      verdicts = window.process(frame);
-      if (i == 20 + step) {
-        EXPECT_EQ(state_of(verdicts, 1), MotionState::kMoving) << "masks every " << step;
+    for (std::size_t i = 0; i <= 2 * step; i += step) verdicts = window.process(sparse_frame(i, step));
+    EXPECT_EQ(state_of(verdicts, 0), MotionState::kStill) << "frames every " << step;
+    EXPECT_EQ(state_of(verdicts, 1), MotionState::kMoving) << "frames every " << step;
+    ASSERT_EQ(verdicts.dynamic.size(), 1U);
+    EXPECT_EQ(verdicts.dynamic[0].first, 0U) << "all masks that were compared are marked";
+  }
+}
+
+TEST(ContourWindow, IsNotMisledByOneBadMaskWhereMasksAreRare) {
+  for (const std::size_t step : {12U, 15U, 30U}) {
+    for (std::size_t bad = 0; bad < 5 * step; bad += step) {
+      ContourWindow window(kBillboardCamera, {});
+      for (std::size_t i = 0; i < 5 * step; i += step) {
+        ContourFrame frame = frame_of(i, {kSeated});
+        if (i == bad) {  // the mask of something else
+          frame.instances[0].instance.mask = frame_of(i, {walker(0, 0)}).instances[0].instance.mask;
+        }
+        EXPECT_NE(state_of(window.process(frame), 0), MotionState::kMoving)
+            << "masks every " << step << ", the one of frame " << bad << " bad";
       }
     }
-    EXPECT_EQ(state_of(verdicts, 0), MotionState::kStill) << "masks every " << step;
-    EXPECT_EQ(state_of(verdicts, 1), MotionState::kMoving) << "masks every " << step;
   }
+}
+
+TEST(ContourWindow, JudgesNothingBeyondTheSparseWindow) {
+  ContourWindow window(kBillboardCamera, {});
+  for (std::size_t i = 0; i <= 200; i += 40) {
+    EXPECT_EQ(state_of(window.process(frame_of(i, {kSeated})), 0), MotionState::kCandidate);
+  }
+}
+
+// Who was away is not compared with how he was seen before.
+TEST(ContourWindow, StartsAnewAfterAnAbsence) {
+  ContourWindow window(kBillboardCamera, {});
+  const Billboard other{7, 1.0, 0.0, 3.0};
+  for (std::size_t i = 0; i < 70; ++i) {
+    const bool away = i >= 25 && i < 50;
+    Billboard chair = kSeated;
+    if (i >= 50) chair.x += 1.0;
+    const ContourVerdicts verdicts =
+        window.process(frame_of(i, away ? std::vector{other} : std::vector{chair, other}));
+    if (!away) {
+      EXPECT_NE(state_of(verdicts, 0), MotionState::kMoving) << i;
+    }
+    if (i == 50) {
+      EXPECT_EQ(state_of(verdicts, 0), MotionState::kCandidate);
+    }
+  }
+}
+
+TEST(ContourWindow, OfThePaperComparesMasksExactlyTenFramesApart) {
+  for (const std::size_t step : {1U, 5U, 10U}) {
+    ContourWindow window(kBillboardCamera, paper_contour_window());
+    ContourVerdicts verdicts;
+    for (std::size_t i = 0; i <= 30; i += step) verdicts = window.process(frame_of(i, {kSeated}));
+    EXPECT_EQ(state_of(verdicts, 0), MotionState::kStill) << "masks every " << step;
+  }
+  ContourWindow window(kBillboardCamera, paper_contour_window());
+  for (std::size_t i = 0; i <= 60; i += 9) {
+    EXPECT_EQ(state_of(window.process(frame_of(i, {kSeated})), 0), MotionState::kCandidate);
+  }
+}
+
+TEST(ContourWindow, RefusesOptionsWithWhichNothingCouldBeJudged) {
+  EXPECT_NO_THROW(check(ContourWindowOptions{}));
+  EXPECT_NO_THROW(check(paper_contour_window()));
+  ContourWindowOptions options;
+  options.pair_gap = 21;
+  EXPECT_THROW(check(options), UserError);
+  options.pair_gap = 10;
+  options.minimum_pairs = 12;  // the 11 from frames 10 to 20, and first with last
+  EXPECT_NO_THROW(check(options));
+  options.minimum_pairs = 13;
+  EXPECT_THROW(check(options), UserError);
 }
 
 TEST(ContourWindow, HasNoOpinionWhileTheCameraIsLost) {
@@ -144,17 +234,6 @@ TEST(ContourWindow, HasNoOpinionWhileTheCameraIsLost) {
     const ContourVerdicts verdicts = window.process(frame);
     EXPECT_EQ(state_of(verdicts, 0), MotionState::kCandidate);
     EXPECT_EQ(state_of(verdicts, 1), MotionState::kCandidate);
-  }
-}
-
-TEST(ContourWindow, DoesNotComparePosesOfTwoWorlds) {
-  ContourWindow window(kBillboardCamera, {});
-  const SE3 new_world = camera_pose(5.0);  // the same camera, named otherwise
-  for (std::size_t i = 0; i < 60; ++i) {
-    ContourFrame frame = frame_of(i, {kSeated});
-    if (i == 30) window.start_new_world();
-    if (i >= 30) frame.T_wc = new_world;
-    EXPECT_NE(state_of(window.process(frame), 0), MotionState::kMoving) << i;
   }
 }
 

@@ -34,12 +34,20 @@ TEST(ClassNames, ComeFromTheModelThenFromCocoThenFromTheirNumber) {
 }
 
 TEST(SelectClasses, TakesAllForAnEmptyList) {
-  EXPECT_THAT(select_classes(" ", {"a", "b"}), ElementsAre(true, true));
+  for (const char* list : {"", " ", ",", " , ,"}) {
+    EXPECT_THAT(select_classes(list, {"a", "b"}), ElementsAre(true, true)) << "'" << list << "'";
+  }
 }
 
 TEST(SelectClasses, TakesNamesSeparatedByCommas) {
   EXPECT_THAT(select_classes("traffic light , cat", {"cat", "dog", "traffic light"}),
               ElementsAre(true, false, true));
+}
+
+TEST(SelectClasses, LeavesOutEmptyItems) {
+  for (const char* list : {"cat,", ",cat", "cat,,cat ,"}) {
+    EXPECT_THAT(select_classes(list, {"cat", "dog"}), ElementsAre(true, false)) << "'" << list << "'";
+  }
 }
 
 TEST(SelectClasses, NamesTheNearestOfAMistypedOne) {

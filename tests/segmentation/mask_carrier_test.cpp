@@ -106,6 +106,32 @@ TEST(MaskCarrier, AnEmptyMaskStaysEmpty) {
   EXPECT_TRUE(carrier.carry(view, {&nothing}, view).front().mask.none());
 }
 
+// The flow's pyramid then has fewer levels, down to one.
+TEST(MaskCarrier, TakesSmallImagesAndLargeWindows) {
+  for (const cv::Size size : {cv::Size(160, 80), cv::Size(64, 48), cv::Size(17, 33), cv::Size(16, 16)}) {
+    for (const int window : {5, 11, 31}) {
+      Camera camera = test::drawn_camera();
+      camera.width = size.width;
+      camera.height = size.height;
+      MaskCarrierOptions options;
+      options.window = window;
+      const MaskCarrier carrier(camera, options);
+      // A part of a large picture.
+      DrawnFrame from = draw(0, {{.centre = {160, 120}}}), to = draw(1, {{.centre = {162, 120}}});
+      const cv::Rect part(cv::Point(160 - size.width / 4, 120 - size.height / 2), size);
+      for (DrawnFrame* frame : {&from, &to}) {
+        frame->rgbd.color = frame->rgbd.color(part).clone();
+        frame->rgbd.depth = frame->rgbd.depth(part).clone();
+      }
+      const BitMask before = BitMask::from_image(from.instances[0].mask.to_image()(part).clone());
+      const BitMask after = BitMask::from_image(to.instances[0].mask.to_image()(part).clone());
+      const CarriedMask carried =
+          carrier.carry(carrier.view(from.rgbd), {&before}, carrier.view(to.rgbd)).front();
+      EXPECT_GT(iou(carried.mask, after), 0.8) << size << ", window " << window;
+    }
+  }
+}
+
 TEST(MaskCarrier, RefusesAFrameOfAnotherSize) {
   RgbdFrame frame = draw(0, std::vector<Figure>{}).rgbd;
   frame.depth = frame.depth(cv::Rect(0, 0, 100, 100));

@@ -14,7 +14,9 @@ namespace {
 
 using ::testing::AllOf;
 using testing::content_of;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using testing::message_of;
 using testing::TemporaryFolder;
 
@@ -60,7 +62,7 @@ TEST(MaskFolder, FindsMasksByTheTimeInTheirNames) {
   EXPECT_EQ(found[0].mask.area(), 100);
   EXPECT_EQ(found[1].box, cv::Rect(20, 15, 12, 10));
   EXPECT_TRUE(masks.segment(at(1305031102.211214)).empty()) << "nobody there is no failure";
-  EXPECT_EQ(masks.missing() + masks.broken(), 0u);
+  EXPECT_THAT(masks.remarks(), IsEmpty());
 }
 
 TEST(MaskFolder, ReadsTheListOfARenderedSequence) {
@@ -101,12 +103,28 @@ TEST(MaskFolder, NamesInstancesByTheClassList) {
   EXPECT_EQ(found[1].class_name, "person");
 }
 
+TEST(MaskFolder, ReadsNamesThatHoldNumbers) {
+  const TemporaryFolder folder;
+  write_png(folder, "1.png", two_labels());
+  folder.write("classes.txt", "1 class 3\n2 class 3 0.9\n");
+  std::vector<Instance> found = segmenter(folder).segment(at(1.0));
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].class_name, "class 3");
+  EXPECT_EQ(found[0].score, 1.0F);
+  EXPECT_EQ(found[1].class_name, "class 3");
+  EXPECT_EQ(found[1].score, 0.9F);
+  folder.write("classes.txt", "1 3 d printer 1.0\n2 42\n");
+  found = segmenter(folder).segment(at(1.0));
+  EXPECT_EQ(found[0].class_name, "3 d printer");
+  EXPECT_EQ(found[1].class_name, "42");
+}
+
 TEST(MaskFolder, AFramesOwnListCounts) {
   const TemporaryFolder folder;
   write_png(folder, "1.0.png", two_labels());
   write_png(folder, "2.0.png", two_labels());
   folder.write("classes.txt", "1 person\n2 person\n");
-  folder.write("2.0.txt", "1 chair 0.9 2 3 10 10\n");
+  folder.write("2.0.txt", "1 chair 0.9\n");
   MaskFolderSegmenter masks = segmenter(folder);
   EXPECT_EQ(masks.segment(at(1.0))[1].class_name, "person");
   const std::vector<Instance> found = masks.segment(at(2.0));
@@ -122,8 +140,18 @@ TEST(MaskFolder, CountsFramesWithoutMask) {
   EXPECT_TRUE(masks.segment(at(1.05)).empty()) << "50 ms away is another frame's mask";
   EXPECT_TRUE(masks.segment(at(2.0)).empty()) << "listed, but not there";
   EXPECT_EQ(masks.segment(at(1.01)).size(), 2u);
-  EXPECT_EQ(masks.missing(), 2u);
-  EXPECT_EQ(masks.broken(), 0u);
+  EXPECT_THAT(masks.remarks(), ElementsAre(HasSubstr("2 of 3 frames have no mask in")));
+}
+
+TEST(MaskFolder, AsksWhetherItBelongsToTheSequenceIfNoFrameHasAMask) {
+  const TemporaryFolder folder;
+  write_png(folder, "1.png", two_labels());
+  MaskFolderSegmenter masks = segmenter(folder);
+  EXPECT_THAT(masks.remarks(), IsEmpty()) << "nothing was asked for yet";
+  for (const double t : {100.0, 101.0, 102.0}) EXPECT_TRUE(masks.segment(at(t)).empty());
+  EXPECT_THAT(masks.remarks(),
+              ElementsAre(AllOf(HasSubstr("none of the 3 frames has a mask in '" + folder.path().string()),
+                                HasSubstr("does it belong to this sequence?"))));
 }
 
 TEST(MaskFolder, CountsBrokenFilesAndSaysWhatIsWrong) {
@@ -136,15 +164,14 @@ TEST(MaskFolder, CountsBrokenFilesAndSaysWhatIsWrong) {
   folder.write("2.png", whole.substr(0, whole.size() / 2));
   folder.write("5.txt", "one person\n");
   MaskFolderSegmenter masks = segmenter(folder);
-  EXPECT_TRUE(masks.segment(at(2)).empty());
-  EXPECT_THAT(masks.last_problem(), AllOf(HasSubstr("2.png"), HasSubstr("too early")));
-  EXPECT_TRUE(masks.segment(at(3)).empty());
-  EXPECT_THAT(masks.last_problem(), AllOf(HasSubstr("3.png"), HasSubstr("10x10")));
-  EXPECT_TRUE(masks.segment(at(4)).empty());
-  EXPECT_THAT(masks.last_problem(), AllOf(HasSubstr("4.png"), HasSubstr("3 channels")));
-  EXPECT_TRUE(masks.segment(at(5)).empty());
-  EXPECT_THAT(masks.last_problem(), HasSubstr("5.txt:1"));
-  EXPECT_EQ(masks.broken(), 4u);
+  const auto remark_after = [&masks](double timestamp) {
+    EXPECT_TRUE(masks.segment(at(timestamp)).empty());
+    return masks.remarks().at(0);
+  };
+  EXPECT_THAT(remark_after(2), AllOf(HasSubstr("1 masks"), HasSubstr("2.png"), HasSubstr("too early")));
+  EXPECT_THAT(remark_after(3), AllOf(HasSubstr("2 masks"), HasSubstr("3.png"), HasSubstr("10x10")));
+  EXPECT_THAT(remark_after(4), AllOf(HasSubstr("3 masks"), HasSubstr("4.png"), HasSubstr("3 channels")));
+  EXPECT_THAT(remark_after(5), AllOf(HasSubstr("4 masks could not be used"), HasSubstr("5.txt:1")));
   EXPECT_EQ(masks.segment(at(1)).size(), 2u) << "one broken file must not spoil the others";
 }
 
@@ -161,6 +188,10 @@ TEST(MaskFolder, RefusesAFolderThatCannotBeMeant) {
                 MaskFolderSegmenter({.folder = "/no/such"}, {kWidth, kHeight});
               }),
               HasSubstr("'/no/such' is no folder"));
+  EXPECT_THAT(message_of<UserError>([] {
+                MaskFolderSegmenter({}, {kWidth, kHeight});
+              }),
+              AllOf(HasSubstr("--masks FOLDER"), HasSubstr("segmentation.masks.folder")));
   const TemporaryFolder empty;
   EXPECT_THAT(refusal(empty), HasSubstr("holds no masks"));
   empty.write("1.png", "no picture");
@@ -173,10 +204,18 @@ TEST(MaskFolder, RefusesAFolderThatCannotBeMeant) {
   EXPECT_THAT(refusal(small), HasSubstr("is 10x10, the sequence 40x30"));
 }
 
+TEST(MaskFolder, RefusesAFolderThatCannotBeRead) {
+  const TemporaryFolder folder;
+  write_png(folder, "1.png", two_labels());
+  std::filesystem::create_symlink("classes.txt", folder / "classes.txt");  // a link to itself
+  EXPECT_THAT(refusal(folder), AllOf(HasSubstr("classes.txt' cannot be read"), HasSubstr("symbolic links")));
+}
+
 TEST(MaskFolder, RefusesABrokenClassList) {
   const TemporaryFolder folder;
   write_png(folder, "1.png", two_labels());
-  for (const char* line : {"person 1", "0 person", "1 person 2.0", "1", "1.5 person", "70000 person"}) {
+  for (const char* line : {"person 1", "0 person", "1 person 2.0", "1", "1 0.5", "1.5 person", "70000 person",
+                           "1 person 0.9 10 20"}) {
     folder.write("classes.txt", line);
     EXPECT_THAT(refusal(folder), HasSubstr("classes.txt:1: cannot understand")) << line;
   }

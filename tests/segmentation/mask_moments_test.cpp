@@ -42,6 +42,27 @@ TEST(MaskMoments, OfOnePixelAreThePowersOfItsPlace) {
   EXPECT_EQ(m.m12, 70 * 30 * 30);
 }
 
+TEST(MaskMoments, AreExactForTheLargestMasks) {
+  constexpr std::int64_t kSide = 8192, kSum = kSide * (kSide - 1) / 2;  // of 0 .. kSide - 1
+  const BitMask full = BitMask::from_image(cv::Mat(kSide, kSide, CV_8UC1, cv::Scalar(1)));
+  const Moments<std::int64_t> m = mask_moments(full);
+  EXPECT_EQ(m.m00, kSide * kSide);
+  EXPECT_EQ(m.m30, kSide * (kSum * kSum));  // sum of x^3 = (sum of x)^2
+  EXPECT_EQ(m.m03, m.m30);
+  EXPECT_EQ(m.m12, kSum * (kSum * (2 * kSide - 1) / 3));
+}
+
+TEST(HuInvariants, DoNotDependOnThePlaceInTheLargestMasks) {
+  const cv::Mat shape = test::random_mask_image({640, 48}, 7);
+  const auto hu_at = [&shape](int x, int y) {
+    cv::Mat image = cv::Mat::zeros(8192, 8192, CV_8UC1);
+    shape.copyTo(image(cv::Rect({x, y}, shape.size())));
+    return hu_invariants(mask_moments(BitMask::from_image(image)));
+  };
+  const HuInvariants near = hu_at(0, 0), far = hu_at(8192 - 640, 8192 - 48);
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_DOUBLE_EQ(near[i], far[i]);
+}
+
 TEST(HuInvariants, AreThoseOfOpenCv) {
   cv::Mat image = cv::Mat::zeros(480, 640, CV_8UC1);
   cv::ellipse(image, {300, 200}, {120, 50}, 30.0, 0.0, 250.0, cv::Scalar(255), cv::FILLED);
