@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kNewtonSteps = 20;  // 3 or 4 are used in practice; the rest is for pixels far outside the image
 constexpr int kMinImageSide = 16;
+constexpr int kMaxImageSide = 8192;  // sums over the pixels of larger images would not fit their integers
 
 // Distorted normalised image coordinates and their derivatives with respect to the undistorted ones.
 struct Distortion {
@@ -69,8 +70,9 @@ Eigen::Vector2d Camera::distort(const Eigen::Vector2d& uv) const {
 }
 
 void Camera::check() const {
-  require(width >= kMinImageSide, *this, "width", width, "at least 16 pixels");
-  require(height >= kMinImageSide, *this, "height", height, "at least 16 pixels");
+  const auto possible = [](int side) { return side >= kMinImageSide && side <= kMaxImageSide; };
+  require(possible(width), *this, "width", width, "16 to 8192 pixels");
+  require(possible(height), *this, "height", height, "16 to 8192 pixels");
   require(std::isfinite(fx) && fx > 0.0, *this, "fx", fx, "a focal length in pixels above 0");
   require(std::isfinite(fy) && fy > 0.0, *this, "fy", fy, "a focal length in pixels above 0");
   require(cx >= 0.0 && cx <= width, *this, "cx", cx, "inside the image's width");

@@ -27,6 +27,7 @@ Config preset(std::string_view name) {
 
 void check(const Config& config) {
   check_options(config);
+  check(config.contours);
   if (config.orb.fast_min_threshold > config.orb.fast_threshold) {
     throw UserError(fmt::format(
         "orb.fast_min_threshold ({}) is above orb.fast_threshold ({}); lower the one or raise the other",

@@ -116,9 +116,22 @@ cv::Size YoloSegmenter::input_size(cv::Size image) const {
           fixed.height > 0 ? fixed.height : next_multiple(image.height * scale)};
 }
 
+std::vector<std::string> YoloSegmenter::remarks() const {
+  if (image_.empty()) return {};
+  const cv::Size given = input_size(image_);
+  const double scale = max_scale(image_);
+  const cv::Size needed(next_multiple(image_.width * scale), next_multiple(image_.height * scale));
+  if (given.area() < 2 * needed.area()) return {};
+  return {
+      fmt::format("the network's input of {}x{} is far larger than the picture it is shown "
+                  "(segmentation.yolo.image_side {}); an "
+                  "export with imgsz={},{} takes a fraction of the time",
+                  given.width, given.height, options_.image_side, needed.height, needed.width)};
+}
+
 std::vector<Instance> YoloSegmenter::segment(const RgbdFrame& frame) {
   Stopwatch stopwatch;
-  const cv::Size image = frame.color.size();
+  const cv::Size image = image_ = frame.color.size();
   const Letterbox letterbox(image, input_size(image), max_scale(image));
   fill_letterbox(frame.color, letterbox, planes_);
   times_.preprocess = stopwatch.restart();

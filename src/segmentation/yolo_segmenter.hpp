@@ -62,6 +62,7 @@ class YoloSegmenter : public Segmenter {
 
   [[nodiscard]] std::vector<Instance> segment(const RgbdFrame& frame) override;
   [[nodiscard]] std::string name() const override { return "yolo"; }
+  [[nodiscard]] std::vector<std::string> remarks() const override;
 
   /// Of the last call.
   [[nodiscard]] const YoloTimes& times() const { return times_; }
@@ -81,6 +82,7 @@ class YoloSegmenter : public Segmenter {
   std::vector<std::string> class_names_;
   std::vector<bool> selected_;
   std::vector<float> planes_;
+  cv::Size image_;  ///< of the last call
   YoloTimes times_;
 };
 
