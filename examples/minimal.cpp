@@ -24,8 +24,10 @@ int main() {
     const auto result =
         slam.process({gray.data(), 640, 480, 0, ipl_slam::PixelFormat::kGray8},
                      {depth.data(), 640, 480, 0, ipl_slam::PixelFormat::kDepth16}, frame / 30.0);
-    std::printf("frame %2d: %s, x = %+.3f m\n", frame,
-                result.state == ipl_slam::TrackingState::kTracking ? "tracking" : "lost", result.T_wc.tx);
+    std::printf("frame %2d: %s, x = %+.3f m\n", frame, to_string(result.state), result.T_wc.tx);
+    for (const ipl_slam::SeenInstance& who : result.instances) {  // nobody in this picture
+      std::printf("  %s #%u, %s\n", who.class_name.c_str(), who.id, to_string(who.state));
+    }
   }
   slam.save_trajectory("trajectory.txt");
 }

@@ -15,6 +15,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// Stands in every folder that was made here: nothing is ever removed from one without it.
+constexpr const char* kMark = ".made_by_ipl_slam";
+
+bool made_here(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::exists(folder / kMark, ignored);
+}
+
 std::vector<fs::path> frame_files(const fs::path& folder) {
   static const std::regex named_by_time(R"(\d+\.\d{6}\.(jpg|png|txt))");
   std::vector<fs::path> files;
@@ -35,10 +43,19 @@ void check(const fs::path& folder, const std::error_code& error) {
 }  // namespace
 
 FrameFolder::FrameFolder(fs::path folder) : folder_(std::move(folder)), part_(folder_.string() + ".part") {
+  for (const fs::path& folder : {folder_, part_}) {
+    std::error_code ignored;
+    if (fs::exists(folder, ignored) && !made_here(folder) && !fs::is_empty(folder, ignored)) {
+      throw UserError(
+          fmt::format("'{}' is in the way: it was not written by this program; choose another folder with -o",
+                      folder.string()));
+    }
+  }
   clear(part_);
   std::error_code error;
   fs::create_directories(part_, error);
   check(part_, error);
+  write_file_atomically(part_ / kMark, "");
 }
 
 FrameFolder::~FrameFolder() {
@@ -46,7 +63,7 @@ FrameFolder::~FrameFolder() {
 }
 
 fs::path FrameFolder::file(double timestamp, const char* extension) const {
-  return part_ / fmt::format("{:.6f}{}", timestamp, extension);
+  return part_ / fmt::format("{:013.6f}{}", timestamp, extension);
 }
 
 void FrameFolder::add(double timestamp, const char* extension, const cv::Mat& image) const {
@@ -62,6 +79,7 @@ void FrameFolder::keep() {
   std::error_code error;
   fs::create_directories(folder_, error);
   check(folder_, error);
+  write_file_atomically(folder_ / kMark, "");
   for (const fs::path& file : frame_files(part_)) {
     fs::rename(file, folder_ / file.filename(), error);
     check(folder_, error);
@@ -69,9 +87,11 @@ void FrameFolder::keep() {
 }
 
 void FrameFolder::clear(const fs::path& folder) {
+  if (!made_here(folder)) return;
   std::error_code ignored;
   for (const fs::path& file : frame_files(folder)) fs::remove(file, ignored);
-  if (fs::is_directory(folder, ignored)) fs::remove(folder, ignored);  // fails where something else is in it
+  fs::remove(folder / kMark, ignored);
+  if (!fs::remove(folder, ignored)) write_file_atomically(folder / kMark, "");  // something else is in it
 }
 
 }  // namespace ipl_slam::cli

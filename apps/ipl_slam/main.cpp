@@ -152,6 +152,7 @@ int main(int argc, char** argv) {
     const int code = run(argc, argv);
     return code == 0 && !output_arrived() ? kUserError : code;
   } catch (const ipl_slam::UserError& error) {
+    std::fflush(stdout);  // where both go to one file the error must come last
     fmt::print(stderr, "ipl_slam: {}\n", error.what());
     return kUserError;
   } catch (const std::exception& error) {

@@ -169,7 +169,7 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
     write_file_atomically(output / "summary.json",
                           json_text(run_summary(result, setting, map, pipeline.instances(),
                                                 evaluation ? &*evaluation : nullptr)));
-    fmt::print("{}", run_text(result, map));
+    fmt::print("{}", run_text(result, map, pipeline.instances().dynamic()));
   });
   if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
   fmt::print("results in {}\n", output.path().string());
@@ -178,6 +178,7 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
 void run(const RunOptions& options) {
   Config config = options.sequence.load_config();
   options.segmenter.apply(config);
+  options.sequence.check_output(options.output);
   if (options.realtime) config.schedule.mode = "realtime";
   if (options.threads > 0) config.schedule.threads = options.threads;
   const Camera camera = options.sequence.load_camera();

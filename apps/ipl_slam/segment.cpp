@@ -103,6 +103,8 @@ class Judge {
 
 // A label image and what its values mean, as the "masks" segmenter reads them.
 void save_masks(const FrameFolder& folder, const RgbdFrame& frame, std::vector<TrackedInstance> instances) {
+  // What was only carried here nobody has seen in this frame.
+  std::erase_if(instances, [](const TrackedInstance& t) { return t.frames_carried > 0; });
   constexpr unsigned kLabels = 65535;  // that 16 bits hold besides 0
   std::stable_sort(instances.begin(), instances.end(),
                    [](const TrackedInstance& a, const TrackedInstance& b) {
@@ -168,6 +170,7 @@ void segment_image(const SegmentOptions& options, const Config& config) {
   write_image_atomically(picture, draw_instances(frame.color, shown));
   const cv::Size input = segmenter.input_size(frame.color.size());
   fmt::print("{} instances, network input {}x{}\n", found.size(), input.width, input.height);
+  for (const std::string& remark : segmenter.remarks()) log().warn("{}", remark);
   times.print();
   fmt::print("picture in {}\n", picture.string());
 }
@@ -263,6 +266,7 @@ void segment_sequence(const SegmentOptions& options, const Config& config) {
 void segment(const SegmentOptions& options) {
   Config config = options.sequence.load_config();
   options.segmenter.apply(config);
+  options.sequence.check_output(options.output);
   const fs::path& what = options.sequence.folder;
   std::error_code error;
   if (!fs::exists(what, error)) throw UserError(fmt::format("'{}': no such image or folder", what.string()));

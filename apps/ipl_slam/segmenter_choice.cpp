@@ -6,6 +6,7 @@
 
 #include <ipl_slam/error.hpp>
 
+#include "output.hpp"
 #include "segmentation/make_segmenter.hpp"
 #include "sequence_options.hpp"
 
@@ -20,7 +21,8 @@ void SegmenterChoice::add_to(CLI::App& verb) {
   verb.add_option(
           "--segmenter", segmenter,
           "Who finds the instances: yolo (needs --model), masks (needs --masks), geometric (from depth and "
-          "motion alone), none, or auto (default): what --masks or --model asks for, else geometric")
+          "motion alone), none, or auto (default): what --masks, --model or IPL_SLAM_MODEL ask for, else "
+          "geometric")
       ->type_name("NAME")
       ->check(CLI::IsMember({"auto", "none", "yolo", "masks", "geometric"}));
   auto* model_option =
@@ -48,10 +50,18 @@ void SegmenterChoice::apply(Config& config) const {
     }
     *target = file.string();
   }
-  if (const char* variable = std::getenv(kModelVariable); variable && options.yolo.model.empty()) {
-    options.yolo.model = variable;
-  }
+  const char* variable = std::getenv(kModelVariable);
+  const bool may_be_yolo =
+      options.segmenter == "yolo" || (options.segmenter == "auto" && options.masks.folder.empty());
+  const bool from_variable = variable != nullptr && may_be_yolo && options.yolo.model.empty();
+  if (from_variable) options.yolo.model = variable;
   options.segmenter = chosen_segmenter(options);
+  if (!says_remarks()) return;
+  std::string with;
+  if (options.segmenter == "yolo")
+    with = " (" + options.yolo.model + (from_variable ? ", from IPL_SLAM_MODEL)" : ")");
+  if (options.segmenter == "masks") with = " (" + options.masks.folder + ")";
+  fmt::print("segmenter: {}{}\n", options.segmenter, with);
 }
 
 }  // namespace ipl_slam::cli

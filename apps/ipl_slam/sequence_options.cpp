@@ -70,6 +70,14 @@ TumDatasetOptions SequenceOptions::dataset_options() const {
   return resolved;
 }
 
+void SequenceOptions::check_output(const std::filesystem::path& output) const {
+  std::error_code error;
+  if (std::filesystem::equivalent(folder, output, error)) {
+    throw UserError(
+        fmt::format("'{}' is the sequence itself; choose another folder with -o", output.string()));
+  }
+}
+
 Config SequenceOptions::load_config() const {
   Config config = ipl_slam::preset(preset);
   if (!config_file.empty()) load_options(config, config_file);

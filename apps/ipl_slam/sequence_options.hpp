@@ -33,6 +33,8 @@ struct SequenceOptions {
   [[nodiscard]] Camera load_camera() const;
   /// What to read, with an associations file that was given relative to the present folder made absolute.
   [[nodiscard]] TumDatasetOptions dataset_options() const;
+  /// Throws UserError where results would go into the sequence itself.
+  void check_output(const std::filesystem::path& output) const;
   /// Preset, then the file, then the single settings.
   [[nodiscard]] Config load_config() const;
 };

@@ -9,4 +9,17 @@ enum class MotionState {
   kMoving,
 };
 
+/// "candidate", "still" or "moving".
+[[nodiscard]] inline const char* to_string(MotionState state) {
+  switch (state) {
+    case MotionState::kCandidate:
+      return "candidate";
+    case MotionState::kStill:
+      return "still";
+    case MotionState::kMoving:
+      return "moving";
+  }
+  return "?";
+}
+
 }  // namespace ipl_slam

@@ -9,4 +9,17 @@ enum class TrackingState {
   kLost,  ///< the map exists, but this frame could not be placed in it; its pose is the last one known
 };
 
+/// "initializing", "tracking" or "lost".
+[[nodiscard]] inline const char* to_string(TrackingState state) {
+  switch (state) {
+    case TrackingState::kInitializing:
+      return "initializing";
+    case TrackingState::kTracking:
+      return "tracking";
+    case TrackingState::kLost:
+      return "lost";
+  }
+  return "?";
+}
+
 }  // namespace ipl_slam

@@ -82,18 +82,6 @@ ContourVerdict ContourVerdicts::of(InstanceId id) const {
   return found != verdicts.end() ? *found : ContourVerdict{id, MotionState::kCandidate, std::nullopt};
 }
 
-const char* to_string(MotionState state) {
-  switch (state) {
-    case MotionState::kCandidate:
-      return "candidate";
-    case MotionState::kStill:
-      return "still";
-    case MotionState::kMoving:
-      return "moving";
-  }
-  return "candidate";
-}
-
 ContourWindow::ContourWindow(const Camera& camera, const ContourWindowOptions& options)
     : options_(options),
       depth_scale_(camera.depth_scale),

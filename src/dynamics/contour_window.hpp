@@ -81,8 +81,6 @@ struct ContourWindowOptions {
 /// named as in the settings' section "contours".
 void check(const ContourWindowOptions& options);
 
-[[nodiscard]] const char* to_string(MotionState state);
-
 /// What is given of a frame.
 struct ContourFrame {
   std::size_t index = 0;  ///< number of the source frame; strictly increasing, gaps are allowed

@@ -41,23 +41,35 @@ Json stage_times(const SequenceRun& run, Get get, bool keyframes_only = false) {
   return distribution(std::move(values));
 }
 
+// The ids that were given, and those of them that were found moving.
+struct SeenIds {
+  std::set<InstanceId> all, moving;
+};
+
+SeenIds seen_ids(const SequenceRun& run, const DynamicSpans& dynamic) {
+  SeenIds seen;
+  for (const FrameRecord& f : run.frames) {
+    for (const InstanceRecord& i : f.result.instances) {
+      seen.all.insert(i.id);
+      if (dynamic.contains(i.id, f.index)) seen.moving.insert(i.id);
+    }
+  }
+  return seen;
+}
+
 // What the run saw of instances; null where nothing was segmented.
 Json instances_json(const SequenceRun& run, const RunSetting& setting, const InstanceSchedule& instances) {
   const std::string segmenter = chosen_segmenter(setting.config.segmentation);
   if (segmenter == "none") return nullptr;
-  std::set<InstanceId> seen, moving;
+  const SeenIds seen = seen_ids(run, instances.dynamic());
   std::vector<double> ages;
   for (const FrameRecord& f : run.frames) {
     if (f.result.mask_age >= 0) ages.push_back(f.result.mask_age);
-    for (const InstanceRecord& i : f.result.instances) {
-      seen.insert(i.id);
-      if (instances.dynamic().contains(i.id, f.index)) moving.insert(i.id);
-    }
   }
   return {{"segmenter", segmenter},
           {"segmented_frames", instances.times().segmentation.size()},
-          {"seen", seen.size()},
-          {"moving", moving.size()},
+          {"seen", seen.all.size()},
+          {"moving", seen.moving.size()},
           {"mask_age_frames", distribution(std::move(ages))}};
 }
 
@@ -114,18 +126,6 @@ double frames_per_second(const SequenceRun& run) {
 
 }  // namespace
 
-const char* to_string(TrackingState state) {
-  switch (state) {
-    case TrackingState::kInitializing:
-      return "initializing";
-    case TrackingState::kTracking:
-      return "tracking";
-    case TrackingState::kLost:
-      return "lost";
-  }
-  return "?";
-}
-
 Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& map,
                  const InstanceSchedule& instances, const Evaluation* evaluation) {
   Config config = setting.config;
@@ -180,7 +180,7 @@ std::vector<std::string> skip_lines(const SequenceRun& run) {
   return lines;
 }
 
-std::string run_text(const SequenceRun& run, const Map& map) {
+std::string run_text(const SequenceRun& run, const Map& map, const DynamicSpans& dynamic) {
   std::string text = fmt::format("{} frames: {} tracked, {} lost, {} skipped; {} keyframes, {} landmarks\n",
                                  run.frames.size() + run.skipped.size(), run.count(TrackingState::kTracking),
                                  run.count(TrackingState::kLost), run.skipped.size(), map.keyframes().size(),
@@ -189,6 +189,9 @@ std::string run_text(const SequenceRun& run, const Map& map) {
     text += fmt::format("  {} frames before a map could be started\n", waiting);
   }
   for (const std::string& line : skip_lines(run)) text += fmt::format("  {}\n", line);
+  if (const SeenIds seen = seen_ids(run, dynamic); !seen.all.empty()) {
+    text += fmt::format("{} instances seen, {} of them moving\n", seen.all.size(), seen.moving.size());
+  }
   text += fmt::format("{:.1f} s, {:.1f} frames/s, peak memory {} MiB\n", run.seconds, frames_per_second(run),
                       process_memory().peak >> 20U);
   return text;

@@ -29,8 +29,6 @@ struct RunSetting {
 /// skipped.
 [[nodiscard]] std::vector<std::string> skip_lines(const SequenceRun& run);
 /// The same summary in a few lines for the terminal.
-[[nodiscard]] std::string run_text(const SequenceRun& run, const Map& map);
-
-[[nodiscard]] const char* to_string(TrackingState state);
+[[nodiscard]] std::string run_text(const SequenceRun& run, const Map& map, const DynamicSpans& dynamic);
 
 }  // namespace ipl_slam

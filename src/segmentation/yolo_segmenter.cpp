@@ -122,11 +122,11 @@ std::vector<std::string> YoloSegmenter::remarks() const {
   const double scale = max_scale(image_);
   const cv::Size needed(next_multiple(image_.width * scale), next_multiple(image_.height * scale));
   if (given.area() < 2 * needed.area()) return {};
-  return {
-      fmt::format("the network's input of {}x{} is far larger than the picture it is shown "
-                  "(segmentation.yolo.image_side {}); an "
-                  "export with imgsz={},{} takes a fraction of the time",
-                  given.width, given.height, options_.image_side, needed.height, needed.width)};
+  return {fmt::format(
+      "the network's input of {}x{} is far larger than the picture it is shown "
+      "(segmentation.yolo.image_side {}); an "
+      "export with imgsz={},{} takes a fraction of the time, and a larger image_side costs nothing",
+      given.width, given.height, options_.image_side, needed.height, needed.width)};
 }
 
 std::vector<Instance> YoloSegmenter::segment(const RgbdFrame& frame) {

@@ -40,6 +40,7 @@ std::vector<nlohmann::json> lines_of(const fs::path& file) {
 class Segment : public ::testing::Test {
  protected:
   static constexpr int kFrames = 8;
+  static constexpr std::size_t kMark = 1;  // the file that says who made a folder
 
   Segment() {
     SyntheticOptions options = testing::small_room(kFrames, "static");
@@ -75,7 +76,7 @@ class Segment : public ::testing::Test {
 TEST_F(Segment, DrawsAndListsTheInstancesOfASequence) {
   const Finished finished = segment({"--masks", room()});
   ASSERT_EQ(finished.code, 0) << finished.err;
-  EXPECT_EQ(files_in(output() / "overlays"), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(files_in(output() / "overlays"), kFrames + kMark);
   const std::vector<nlohmann::json> lines = lines_of(output() / "instances.jsonl");
   ASSERT_EQ(lines.size(), static_cast<std::size_t>(kFrames));
   EXPECT_FALSE(lines[0]["instances"].empty());
@@ -93,7 +94,7 @@ TEST_F(Segment, SavesMasksThatItReadsBackTheSame) {
   ASSERT_EQ(segment({"--masks", room(), "--save-masks"}).code, 0);
   const fs::path saved = folder_ / "saved";
   fs::rename(output() / "masks", saved);
-  EXPECT_EQ(files_in(saved), 2U * kFrames) << "a label image and a class list per frame";
+  EXPECT_EQ(files_in(saved), 2U * kFrames + kMark) << "a label image and a class list per frame";
   const std::string journal = content_of(output() / "instances.jsonl");
   ASSERT_EQ(segment({"--masks", saved.string()}).code, 0);
   EXPECT_EQ(content_of(output() / "instances.jsonl"), journal) << "other boxes, classes, scores or ids";
@@ -110,17 +111,26 @@ TEST_F(Segment, SaysSoWhereTheTruthIsThatOfAnotherSequence) {
 }
 
 TEST_F(Segment, TouchesNoFileOfItsUser) {
-  const fs::path mine = output() / "overlays" / "mine.txt";
-  fs::create_directories(mine.parent_path());
-  std::ofstream(mine) << "mine";
   ASSERT_EQ(segment({"--masks", room()}).code, 0);
-  EXPECT_EQ(content_of(mine), "mine");
-  EXPECT_EQ(files_in(output() / "overlays"), kFrames + 1U);
+  EXPECT_EQ(files_in(output() / "overlays"), kFrames + kMark);
+  const fs::path mine = output() / "overlays" / "mine.txt";
+  std::ofstream(mine) << "mine";
   ASSERT_EQ(segment({"--masks", room(), "--max-frames", "3"}).code, 0);
-  EXPECT_EQ(files_in(output() / "overlays"), 4U) << "those of the run before are replaced";
+  EXPECT_EQ(files_in(output() / "overlays"), 3 + kMark + 1) << "pictures of the run before are replaced";
   ASSERT_EQ(ipl_slam_program({"run", room(), "-o", output().string(), "--segmenter", "none"}).code, 0);
   EXPECT_EQ(content_of(mine), "mine");
-  EXPECT_EQ(files_in(output() / "overlays"), 1U);
+  EXPECT_EQ(files_in(output() / "overlays"), kMark + 1);
+}
+
+TEST_F(Segment, DoesNotWriteIntoTheSequenceNorWhereSomethingElseStands) {
+  const std::size_t masks = files_in(room() + "/masks");
+  expect_refused(ipl_slam_program({"segment", room(), "-o", room(), "--save-masks"}), {room(), "-o"});
+  expect_refused(ipl_slam_program({"run", room(), "-o", room()}), {room(), "-o"});
+  EXPECT_EQ(files_in(room() + "/masks"), masks);
+  fs::create_directories(output() / "masks");
+  std::ofstream(output() / "masks" / "000000.000000.png") << "mine";
+  expect_refused(segment({"--masks", room(), "--save-masks"}), {(output() / "masks").string()});
+  EXPECT_EQ(files_in(output() / "masks"), 1U);
 }
 
 TEST_F(Segment, NeedsNoNetworkByDefault) {
@@ -163,7 +173,7 @@ TEST_F(Segment, RunLeavesAJournalOfInstancesAndPicturesWhereAskedTo) {
     return ipl_slam_program(more);
   };
   ASSERT_EQ(run({"--masks", room(), "--save-overlays"}).code, 0);
-  EXPECT_EQ(files_in(output() / "overlays"), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(files_in(output() / "overlays"), kFrames + kMark);
   EXPECT_FALSE(fs::exists(output() / "overlays.part"));
   const std::vector<nlohmann::json> lines = lines_of(output() / "instances.jsonl");
   ASSERT_EQ(lines.size(), static_cast<std::size_t>(kFrames));

@@ -111,7 +111,7 @@ TEST(TimingsCsv, HasALinePerProcessedFrameWithAsManyFieldsAsItsHeader) {
 TEST(RunText, NamesWhatWasSkippedWithAnExample) {
   const TenFrames run;
   run.pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
-    const std::string text = run_text(run.result, map);
+    const std::string text = run_text(run.result, map, {});
     EXPECT_THAT(text, HasSubstr("10 frames: 8 tracked, 0 lost, 2 skipped"));
     EXPECT_THAT(text, HasSubstr("2 x truncated color image, e.g. rgb/x.png: too short"));
   });

@@ -186,6 +186,7 @@ TEST(SlamApi, TellsWhoIsInThePictureAndWhere) {
   std::size_t seen = 0;
   for (const RgbdFrame& frame : render_all(walk)) {
     const TrackingResult result = slam.process(color_view(frame), depth_view(frame), frame.timestamp);
+    EXPECT_EQ(result.mask_age, 0);
     for (const SeenInstance& instance : result.instances) {
       ++seen;
       EXPECT_EQ(instance.class_name, "unknown");
