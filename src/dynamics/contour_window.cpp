@@ -62,8 +62,7 @@ void check(const ContourWindowOptions& options) {
   if (options.pair_gap > options.window) {
     throw UserError(
         fmt::format("contours.pair_gap ({}) is above contours.window ({}), so no pair fits in; lower the one "
-                    "or raise the "
-                    "other",
+                    "or raise the other",
                     options.pair_gap, options.window));
   }
   // A pair ends in each frame from the gap to the end of the window; first and last mask make one more.

@@ -89,7 +89,8 @@ TEST(RecordedPeople, AreFoundFollowedAndFoundToMove) {
   const fs::path folder = recorded("fr3_walking_halfsphere_49");
   const char* models = std::getenv("IPL_SLAM_MODELS");
   if (folder.empty()) GTEST_SKIP() << "no $IPL_SLAM_DATA/fr3_walking_halfsphere_49";
-  if (models == nullptr || !has_onnx_runtime()) GTEST_SKIP() << "no $IPL_SLAM_MODELS, or no ONNX Runtime";
+  if (models == nullptr) GTEST_SKIP() << "no $IPL_SLAM_MODELS with yolov8n-seg.onnx in it";
+  if (!has_onnx_runtime()) GTEST_SKIP() << "built without ONNX Runtime";
   Config config;
   config.segmentation.segmenter = "yolo";
   config.segmentation.yolo.model = (fs::path(models) / "yolov8n-seg.onnx").string();
