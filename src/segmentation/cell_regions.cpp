@@ -37,6 +37,34 @@ void grow(const cv::Mat& on, const Conductance& conductance, double min_conducta
   region.box = {low, high + cv::Point(1, 1)};
 }
 
+int count_label(const cv::Mat& labels, cv::Rect box, int label) {
+  int count = 0;
+  for (int y = box.y; y < box.y + box.height; ++y) {
+    const auto* row = labels.ptr<int>(y);
+    count += static_cast<int>(std::count(row + box.x, row + box.x + box.width, label));
+  }
+  return count;
+}
+
+// The cell around a pixel whose inverse depth is nearest to the pixel's. The pixel's own cell wins unless
+// another is clearly nearer.
+cv::Point cell_of_depth(const cv::Mat& inverse_depth, cv::Point own, cv::Rect around, float inverse) {
+  constexpr float kOwnCell = 0.02F;  // 1/m
+  cv::Point nearest = own;
+  float least = std::numeric_limits<float>::max();
+  for (int y = around.y; y < around.y + around.height; ++y) {
+    for (int x = around.x; x < around.x + around.width; ++x) {
+      const float other = inverse_depth.at<float>(y, x);
+      if (other <= 0.0F) continue;
+      const float distance = std::abs(other - inverse) + (cv::Point(x, y) == own ? 0.0F : kOwnCell);
+      if (distance >= least) continue;
+      least = distance;
+      nearest = {x, y};
+    }
+  }
+  return nearest;
+}
+
 }  // namespace
 
 std::vector<CellRegion> connected_regions(const cv::Mat& on, const Conductance& conductance,
@@ -63,41 +91,20 @@ BitMask region_mask(const CellRegion& region, const cv::Mat& labels, const GridF
   for (int y = reach.y; y < reach.y + reach.height; ++y) {
     for (int x = reach.x; x < reach.x + reach.width; ++x) {
       const cv::Rect around = cv::Rect(x - 1, y - 1, 3, 3) & all;
-      const bool own = labels.at<int>(y, x) == region.label;
-      int count = 0;
-      for (int j = around.y; j < around.y + around.height; ++j) {
-        for (int i = around.x; i < around.x + around.width; ++i)
-          count += labels.at<int>(j, i) == region.label;
-      }
-      if (count == 0) continue;
-      const int x0 = grid.image_x(x), x1 = grid.image_x(x + 1), y0 = grid.image_y(y),
-                y1 = grid.image_y(y + 1);
-      if (count == around.area()) {
-        for (int v = y0; v < y1; ++v) mask.set_run(v, x0, x1);
-        continue;
-      }
-      for (int v = y0; v < y1; ++v) {
-        const auto* row = depth.ptr<std::uint16_t>(v);
-        for (int u = x0; u < x1; ++u) {
-          bool inside = own;
-          if (row[u] != 0) {
-            const float inverse = grid.inverse_of_raw(row[u]);
-            // The pixel's own cell wins unless another one is clearly nearer in depth.
-            float best = std::numeric_limits<float>::max();
-            for (int j = around.y; j < around.y + around.height; ++j) {
-              for (int i = around.x; i < around.x + around.width; ++i) {
-                const float other = frame.inverse_depth.at<float>(j, i);
-                if (other <= 0.0F) continue;
-                constexpr float kOwnCell = 0.02F;  // 1/m
-                const float distance = std::abs(other - inverse) + (i == x && j == y ? 0.0F : kOwnCell);
-                if (distance < best) {
-                  best = distance;
-                  inside = labels.at<int>(j, i) == region.label;
-                }
-              }
-            }
-          }
-          if (inside) mask.set(u, v);
+      const int cells = count_label(labels, around, region.label);
+      if (cells == 0) continue;
+      const int first = grid.image_x(x), last = grid.image_x(x + 1);
+      for (int v = grid.image_y(y); v < grid.image_y(y + 1); ++v) {
+        if (cells == around.area()) {
+          mask.set_run(v, first, last);
+          continue;
+        }
+        const auto* raw = depth.ptr<std::uint16_t>(v);
+        for (int u = first; u < last; ++u) {
+          const cv::Point cell =
+              raw[u] == 0 ? cv::Point(x, y)
+                          : cell_of_depth(frame.inverse_depth, {x, y}, around, grid.inverse_of_raw(raw[u]));
+          if (labels.at<int>(cell) == region.label) mask.set(u, v);
         }
       }
     }

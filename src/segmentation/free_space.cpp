@@ -7,6 +7,15 @@
 
 namespace ipl_slam {
 
+namespace {
+
+// One more view; 255 stand for all beyond.
+void count(std::uint8_t& views) {
+  if (views < std::numeric_limits<std::uint8_t>::max()) ++views;
+}
+
+}  // namespace
+
 FreeSpaceView::FreeSpaceView(const cv::Mat& inverse_depth, const SE3& T_wc, double tolerance)
     : T_cw_(T_wc.inverse()) {
   constexpr float kNever = std::numeric_limits<float>::max();
@@ -41,9 +50,9 @@ void FreeSpaceView::judge(const WorkingGrid& grid, const cv::Mat& inverse_depth,
     if (cell < 0 || farthest[cell] > nearest[cell]) continue;
     const float here = w * scale;
     if (here > nearest[cell]) {
-      ++free[i];
+      count(free[i]);
     } else if (here >= farthest[cell]) {
-      ++taken[i];
+      count(taken[i]);
     }
   }
 }

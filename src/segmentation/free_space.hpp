@@ -24,7 +24,7 @@ struct FreeSpaceOptions {
   }
 };
 
-/// What views from other times say about each cell of a frame; numbers of views, CV_8UC1.
+/// What views from other times say about each cell of a frame; numbers of views, CV_8UC1, at most 255.
 struct FreeSpaceEvidence {
   cv::Mat free;   ///< they see past this place: what the frame shows here was not here then
   cv::Mat taken;  ///< they see a surface here

@@ -45,5 +45,11 @@ TEST_F(AWallSeenFromTheSamePlace, TellsOnlyOfFreeSpaceWhereItWasAMover) {
   EXPECT_EQ(cv::countNonZero(judged(1.0F).free), grid_.size().area());
 }
 
+TEST_F(AWallSeenFromTheSamePlace, StaysTakenHoweverOftenItIsSeen) {
+  FreeSpaceEvidence evidence(grid_.size());
+  for (int i = 0; i < 300; ++i) view_.judge(grid_, at(2.0F), SE3(), evidence);
+  EXPECT_EQ(cv::countNonZero(evidence.taken == 255), grid_.size().area());
+}
+
 }  // namespace
 }  // namespace ipl_slam
