@@ -20,6 +20,7 @@ struct Id {
 
 using KeyframeId = Id<struct KeyframeTag>;
 using PointId = Id<struct PointTag>;
+using LineId = Id<struct LineTag>;
 using InstanceId = Id<struct InstanceTag>;
 
 }  // namespace ipl_slam

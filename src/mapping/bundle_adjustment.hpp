@@ -9,6 +9,7 @@
 #include "common/options.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/depth_noise.hpp"
+#include "geometry/line3.hpp"
 #include "geometry/se3.hpp"
 
 namespace ipl_slam {
@@ -27,9 +28,21 @@ struct BundleProblem {
     double sigma2 = 1.0;                           ///< variance of uv, pixel^2
     double weight = 1.0;                           ///< in (0, 1]
   };
+  struct LineObservation {
+    std::uint32_t pose = 0, line = 0;                 ///< indices into poses and lines
+    Eigen::Vector2d start = Eigen::Vector2d::Zero();  ///< end points of the segment, undistorted pixels
+    Eigen::Vector2d end = Eigen::Vector2d::Zero();
+    double sigma2 = 1.0;  ///< variance of an end point across the line, pixel^2
+    /// Measured inverse depth at the end points, 1/m; <= 0 = none. Their standard deviation is
+    /// DepthNoiseOptions::inverse_depth_sigma.
+    double inverse_start = 0.0, inverse_end = 0.0;
+    double weight = 1.0;  ///< in (0, 1]
+  };
   std::vector<Pose> poses;
   std::vector<Eigen::Vector3d> points;  ///< world frame, m
   std::vector<Observation> observations;
+  std::vector<Line3> lines;  ///< world frame
+  std::vector<LineObservation> line_observations;
 };
 
 struct BundleOptions {

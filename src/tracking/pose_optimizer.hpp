@@ -9,6 +9,7 @@
 #include "common/options.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/depth_noise.hpp"
+#include "geometry/line3.hpp"
 #include "geometry/se3.hpp"
 
 namespace ipl_slam {
@@ -20,6 +21,15 @@ struct PointMatch {
   double depth = 0.0;                                 ///< measured depth, m; <= 0 = none
   double sigma2 = 1.0;                                ///< variance of uv, pixel^2 (of the pyramid level)
   double weight = 1.0;                                ///< alpha_p in [0, 1]; 0 takes the match out
+};
+
+/// A line of the map and where the frame saw it.
+struct LineMatch {
+  Line3 line_w;                                     ///< world frame
+  Eigen::Vector2d start = Eigen::Vector2d::Zero();  ///< observed end points, undistorted pixels
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();
+  double sigma2 = 1.0;  ///< variance of an end point across the line, pixel^2
+  double weight = 1.0;  ///< alpha_l in [0, 1]; 0 takes the match out
 };
 
 struct PoseOptimizerOptions {
