@@ -15,8 +15,10 @@
 #include "evaluation/trajectory_plot.hpp"
 #include "frame_folder.hpp"
 #include "output.hpp"
+#include "pipeline/feature_overlay.hpp"
 #include "pipeline/instance_log.hpp"
 #include "pipeline/instance_overlay.hpp"
+#include "pipeline/lines_ply.hpp"
 #include "pipeline/map_view.hpp"
 #include "pipeline/realtime_source.hpp"
 #include "pipeline/run_report.hpp"
@@ -88,7 +90,9 @@ SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_
   hooks.frame_done = [&](const RgbdFrame& frame) {
     if (!overlays) return;
     const auto verdict = [&](InstanceId id) { return pipeline.instances().verdict(id); };
-    overlays->add(frame.timestamp, ".jpg", draw_instances(frame.color, pipeline.last_instances(), verdict));
+    cv::Mat picture = draw_instances(frame.color, pipeline.last_instances(), verdict);
+    draw_features(picture, pipeline.last_tracked(), pipeline.camera());
+    overlays->add(frame.timestamp, ".jpg", picture);
   };
   hooks.item_taken = [&](const SequenceRun& run) {
     if (!bar) return;
@@ -165,6 +169,7 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
                           {.title = fs::weakly_canonical(setting.sequence).filename().string()});
   }
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
+    write_file_atomically(output / "lines.ply", lines_ply(map));
     write_image_atomically(output / "map.png", draw_map_view(map, trajectory));
     write_file_atomically(output / "summary.json",
                           json_text(run_summary(result, setting, map, pipeline.instances(),
@@ -223,14 +228,15 @@ void add_run_verb(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   options->sequence.add_to(*verb);
   options->segmenter.add_to(*verb);
-  verb->add_option("-o,--output", options->output,
-                   "Folder for the results, made if need be: trajectory.txt, keyframes.txt, instances.jsonl, "
-                   "timings.csv, map.png, summary.json and, with ground truth, trajectory.png")
+  verb->add_option(
+          "-o,--output", options->output,
+          "Folder for the results, made if need be: trajectory.txt, keyframes.txt, lines.ply, "
+          "instances.jsonl, timings.csv, map.png, summary.json and, with ground truth, trajectory.png")
       ->type_name("RUN_DIR")
       ->check(not_empty())
       ->required();
   verb->add_flag("--save-overlays", options->save_overlays,
-                 "Write each frame with its instances drawn in to RUN_DIR/overlays");
+                 "Write each frame with its points, lines and instances drawn in to RUN_DIR/overlays");
   verb->add_flag("--realtime", options->realtime,
                  "Play at recorded speed, with segmentation and mapping on threads of their own; frames that "
                  "come too late are dropped and counted, and no two runs are alike");

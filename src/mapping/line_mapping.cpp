@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "tracking/line_visibility.hpp"
-
 namespace ipl_slam {
 namespace {
 
@@ -18,18 +16,6 @@ std::set<LineId> lines_around(const Map& map, KeyframeId id) {
     }
   }
   return lines;
-}
-
-// How far the ends of b lie from the line of a in the keyframe's image, pixels; nothing where b does not show
-// there, or its edge has its bright side on the other side.
-std::optional<double> image_distance(const Map& map, const Camera& camera, const Keyframe& keyframe, LineId a,
-                                     LineId b) {
-  const Line &first = map.lines()[a], &second = map.lines()[b];
-  const auto image = project_line(camera, keyframe.T_cw * first.line);
-  const auto part = visible_part(camera, keyframe.T_cw, second.start, second.end);
-  if (!image || !part || first.line.direction.dot(second.line.direction) <= 0.0) return std::nullopt;
-  return std::max(std::abs(signed_distance(*image, part->first)),
-                  std::abs(signed_distance(*image, part->second)));
 }
 
 // Length of the gap between two pieces of (nearly) one line; negative where they overlap, m.
@@ -53,7 +39,7 @@ void LineMapping::associate(Map& map, KeyframeId id, const std::vector<SeenLine>
   std::vector<LineId> lines;
   for (const LineId line_id : candidates) {
     const Line& line = map.lines()[line_id];
-    const auto part = visible_part(camera_, T_cw, line.start, line.end);
+    const auto part = visibility_.visible_part(T_cw, line.start, line.end);
     if (!part) continue;
     projected.push_back({part->first.cast<float>(), part->second.cast<float>(), &line.descriptor,
                          static_cast<float>(options_.radius)});
@@ -132,7 +118,7 @@ bool LineMapping::same_edge(const Map& map, LineId a, LineId b) const {
     for (const Observation& o : map.lines()[seen].observations) {
       const Keyframe& keyframe = map.keyframes()[o.keyframe];
       if (map.observes(o.keyframe, other)) return false;
-      const auto distance = image_distance(map, camera_, keyframe, seen, other);
+      const auto distance = image_distance(keyframe.T_cw, map.lines()[seen], map.lines()[other]);
       if (!distance) continue;
       if (*distance > options_.fusion_radius) return false;
       if (!agrees(keyframe.T_cw * map.lines()[other].line, keyframe.line_features->segments[o.feature]))
@@ -141,6 +127,17 @@ bool LineMapping::same_edge(const Map& map, LineId a, LineId b) const {
     }
   }
   return views > 0;
+}
+
+// How far the ends of the other's visible part lie from the line in the image, pixels; nothing where it does
+// not show, or the line is seen end-on.
+std::optional<double> LineMapping::image_distance(const SE3& T_cw, const Line& line,
+                                                  const Line& other) const {
+  const auto image = project_line(camera_, T_cw * line.line);
+  const auto part = visibility_.visible_part(T_cw, other.start, other.end);
+  if (!image || !part) return std::nullopt;
+  return std::max(std::abs(signed_distance(*image, part->first)),
+                  std::abs(signed_distance(*image, part->second)));
 }
 
 std::optional<std::pair<Eigen::Vector3d, Eigen::Vector3d>> observed_extent(

@@ -10,6 +10,7 @@
 #include "geometry/camera.hpp"
 #include "geometry/depth_noise.hpp"
 #include "map/map.hpp"
+#include "tracking/line_visibility.hpp"
 #include "tracking/tracked_frame.hpp"
 
 namespace ipl_slam {
@@ -39,7 +40,7 @@ struct LineMappingOptions {
 class LineMapping {
  public:
   LineMapping(const Camera& camera, const DepthNoiseOptions& noise, const LineMappingOptions& options)
-      : camera_(camera), noise_(noise), options_(options) {}
+      : camera_(camera), noise_(noise), options_(options), visibility_(camera) {}
 
   /// Finds the lines that the keyframe's neighbours see, and those the tracker saw in it, among its segments.
   void associate(Map& map, KeyframeId id, const std::vector<SeenLine>& tracked) const;
@@ -51,10 +52,13 @@ class LineMapping {
  private:
   [[nodiscard]] bool agrees(const Line3& line_c, const LineSegment& segment) const;
   [[nodiscard]] bool same_edge(const Map& map, LineId a, LineId b) const;
+  [[nodiscard]] std::optional<double> image_distance(const SE3& T_cw, const Line& line,
+                                                     const Line& other) const;
 
   Camera camera_;
   DepthNoiseOptions noise_;
   LineMappingOptions options_;
+  LineVisibility visibility_;
 };
 
 /// Ends of a line as its observations show it: where the rays of the observed end points meet it, the

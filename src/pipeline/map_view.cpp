@@ -15,7 +15,7 @@ using namespace plot_style;
 
 constexpr int kWidth = 1000, kHeight = 1000;
 const cv::Rect2d kBox(95.0, 50.0, 875.0, 880.0);
-const cv::Scalar kLow(150, 90, 60), kHigh(90, 170, 250), kKeyframe(40, 40, 200);
+const cv::Scalar kLow(150, 90, 60), kHigh(90, 170, 250), kKeyframe(40, 40, 200), kLineColor(200, 120, 30);
 
 double percentile(std::vector<double>& values, double share) {
   if (values.empty()) return 0.0;
@@ -53,6 +53,12 @@ cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
     ys.push_back(-p.position.y());  // y points down
     zs.push_back(p.position.z());
   });
+  map.lines().for_each([&](LineId, const Line& l) {
+    for (const Eigen::Vector3d& p : {l.start, l.end}) {
+      xs.push_back(p.x());
+      zs.push_back(p.z());
+    }
+  });
   PlotRange x = range_of(xs), z = range_of(zs);
   std::vector<cv::Point2d> line;
   for (const StampedPose& pose : path) {
@@ -71,19 +77,26 @@ cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
         std::clamp((-p.position.y() - height.low) / std::max(height.extent(), 1e-6), 0.0, 1.0);
     canvas.disc(at, 1.3, kLow + share * (kHigh - kLow));
   });
+  map.lines().for_each([&](LineId, const Line& l) {
+    const cv::Point2d from = axes.at(l.start.x(), l.start.z()), to = axes.at(l.end.x(), l.end.z());
+    if (kBox.contains(from) && kBox.contains(to)) canvas.polyline({from, to}, kLineColor, 1.2);
+  });
   for (const StampedPose& pose : path)
     line.push_back(axes.at(pose.T_wc.translation().x(), pose.T_wc.translation().z()));
   if (line.size() > 1) canvas.polyline(line, kEstimate, 2.0);
   map.keyframes().for_each(
       [&](KeyframeId, const Keyframe& keyframe) { draw_keyframe(canvas, axes, keyframe.T_cw.inverse()); });
 
-  canvas.text(
-      fmt::format("map from above: {} landmarks, {} keyframes", map.points().size(), map.keyframes().size()),
-      {kBox.x, 25.0}, kTitleHeight, kText);
+  canvas.text(fmt::format("map from above: {} points, {} lines, {} keyframes", map.points().size(),
+                          map.lines().size(), map.keyframes().size()),
+              {kBox.x, 25.0}, kTitleHeight, kText);
   const cv::Point2d right(kBox.x + kBox.width, 25.0);
   double offset = 0.0;
-  for (const auto& [name, color] :
-       {std::pair("path", kEstimate), {"keyframe", kKeyframe}, {"high", kHigh}, {"low", kLow}}) {
+  for (const auto& [name, color] : {std::pair("path", kEstimate),
+                                    {"keyframe", kKeyframe},
+                                    {"line", kLineColor},
+                                    {"high", kHigh},
+                                    {"low", kLow}}) {
     const cv::Point2d at = right - cv::Point2d(offset, 0);
     canvas.text(name, at, kTextHeight, kText, PlotCanvas::Anchor::kRight);
     offset += PlotCanvas::text_width(name, kTextHeight) + 12.0;

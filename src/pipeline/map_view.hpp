@@ -7,8 +7,8 @@
 
 namespace ipl_slam {
 
-/// Picture of a map from above the first camera: landmarks coloured by height, keyframes as triangles that
-/// open the way the camera looks, the camera's path as a line, axes in metres. CV_8UC3.
+/// Picture of a map from above the first camera: points coloured by height, lines, keyframes as triangles
+/// that open the way the camera looks, the camera's path as a line, axes in metres. CV_8UC3.
 [[nodiscard]] cv::Mat draw_map_view(const Map& map, const Trajectory& path);
 
 }  // namespace ipl_slam

@@ -53,6 +53,7 @@ class Pipeline {
   [[nodiscard]] Trajectory keyframe_trajectory() const;
   [[nodiscard]] const MappingSchedule& mapping() const { return *mapping_; }
   [[nodiscard]] const InstanceSchedule& instances() const { return *instances_; }
+  [[nodiscard]] const Camera& camera() const { return camera_; }
   /// The frame that was processed last, with the features that agree with its pose.
   [[nodiscard]] const TrackedFrame& last_tracked() const { return last_tracked_; }
   /// The instances of that frame, with their masks.

@@ -5,7 +5,7 @@
 namespace ipl_slam {
 
 LineTracker::LineTracker(const Camera& camera, const LineTrackerOptions& options)
-    : camera_(camera), options_(options), search_(camera, options.search) {}
+    : options_(options), visibility_(camera), search_(camera, options.search) {}
 
 LineSights LineTracker::look(const cv::Mat& grey, const SE3& T_cw, const LocalMap& map, double radius) const {
   struct Candidate {
@@ -16,7 +16,7 @@ LineSights LineTracker::look(const cv::Mat& grey, const SE3& T_cw, const LocalMa
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < map.lines.size() && !grey.empty(); ++i) {
     const LocalLine& line = map.lines[i];
-    const auto part = visible_part(camera_, T_cw, line.start, line.end);
+    const auto part = visibility_.visible_part(T_cw, line.start, line.end);
     if (!part) continue;
     const double length = (part->second - part->first).norm();
     if (length < options_.min_length) continue;

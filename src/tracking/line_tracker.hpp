@@ -61,8 +61,8 @@ class LineTracker {
   [[nodiscard]] std::vector<LineMatch> matches(const LineSights& sights, const LocalMap& map) const;
 
  private:
-  Camera camera_;
   LineTrackerOptions options_;
+  LineVisibility visibility_;
   LineSearch search_;
 };
 

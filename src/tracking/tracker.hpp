@@ -56,7 +56,8 @@ struct TrackerOptions {
     v.number("min_inliers_recovering", min_inliers_recovering,
              {6, 1000, "count", "the same while the camera is lost"});
     v.number("line_support", line_support,
-             {0.0, 100.0, "points", "points that a line counts for where points are counted: inliers, keypoints with depth"});
+             {0.0, 100.0, "points",
+              "points that a line counts for where points are counted: inliers, keypoints with depth"});
     v.number("relocalization_keyframes", relocalization_keyframes,
              {1, 1000, "count",
               "keyframes a frame that lost its place is compared with; the next frame tries others"});
