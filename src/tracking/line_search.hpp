@@ -12,17 +12,39 @@ namespace ipl_slam {
 
 /// Settings of the search for known lines.
 struct LineSearchOptions {
-  double spacing = 6.0;  ///< pixels between samples
+  double spacing = 6.0;
   int max_samples = 16;
   double min_found = 0.5;
+  double min_contrast = 6.0;
+  double contrast_ratio = 2.5;
+  double max_tilt = 0.1;
+  double max_spread = 0.5;
+  double ambiguity = 0.7;
+  double sigma = 0.5;
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("spacing", spacing, {1.0, 100.0, "px", "distance of the samples along a line"});
-    v.number("max_samples", max_samples, {4, 200, "count", "samples along a line at most"});
+    v.number("spacing", spacing, {1.0, 100.0, "px", "distance of the samples along a line, at least"});
+    v.number("max_samples", max_samples, {4, 64, "count", "samples along a line at most"});
     v.number(
         "min_found", min_found,
         {0.1, 1.0, "ratio", "share of the samples that must show the line's edge, on one straight line"});
+    v.number("min_contrast", min_contrast,
+             {1.0, 255.0, "grey value", "smaller steps are taken for noise, whatever is expected"});
+    v.number("contrast_ratio", contrast_ratio,
+             {1.0, 100.0, "ratio",
+              "largest factor between the contrast expected and that of the edge, either way"});
+    v.number("max_tilt", max_tilt,
+             {0.0, 0.5, "rad", "largest angle between the line expected and the one found"});
+    v.number("max_spread", max_spread,
+             {0.0, 1.0, "px", "largest standard deviation of the samples from the line found"});
+    v.number("ambiguity", ambiguity,
+             {0.0, 1.0, "ratio",
+              "where another line has more than this share of the best one's support, neither is taken"});
+    v.number("sigma", sigma,
+             {0.01, 10.0, "px",
+              "standard deviation of a line found in what all its samples share: calibration, shutter, a "
+              "slight bend"});
   }
 };
 
@@ -42,14 +64,19 @@ struct FoundLine {
   double sigma2 = 1.0;  ///< variance of an end point across the line, pixel^2
 };
 
-/// Finds a known line in an image without detecting anything: samples along the expected line, looks for the
-/// edge along the normal of each, and fits a straight line to what was found. A few microseconds per line, so
-/// that every frame can have it.
+/// Finds a known line in an image without detecting anything: samples along the expected line, looks for
+/// edges along the normal of each (steps of the right sign and about the right size), and fits the straight
+/// line that most of them agree on. A few microseconds per line, so that every frame can have it.
+///
+/// Edges that run side by side are common (door frames, bezels, boards): where a second line explains the
+/// samples nearly as well as the best, none is returned.
 class LineSearch {
  public:
   LineSearch(const Camera& camera, const LineSearchOptions& options);
 
-  /// Looks up to `radius` pixels to either side. `grey` is CV_8UC1, full size, distorted as it comes.
+  /// Looks up to `radius` pixels (at most 40) to either side. `grey` is CV_8UC1, full size, distorted as it
+  /// comes. Samples whose window leaves the image do not count; a line needs 4 that do not. The line found
+  /// ends where the first and the last sample showed it.
   [[nodiscard]] std::optional<FoundLine> find(const cv::Mat& grey, const ExpectedLine& expected,
                                               double radius) const;
 

@@ -9,13 +9,25 @@
 #include "geometry/reprojection.hpp"
 #include "geometry/robust.hpp"
 #include "tracking/pose_optimizer_kernel.hpp"
+#include "tracking/pose_optimizer_line_kernel.hpp"
 
 namespace ipl_slam {
 namespace {
 
 using namespace pose_kernel;
 
-constexpr int kMinInliers = 3;
+constexpr int kMinInliers = 3;  // points and lines together
+
+// All matches of one frame.
+struct Tables {
+  MatchTable points;
+  LineTable lines;
+
+  void evaluate(const Camera& camera, const SE3& T_cw, bool robust, Normal& out) {
+    pose_kernel::evaluate(camera, T_cw, robust, points, out);
+    if (!lines.blocks().empty()) evaluate_lines(camera, T_cw, robust, lines, out);
+  }
+};
 
 Matrix6d hessian_matrix(const Normal& normal) {
   Matrix6d h;
@@ -26,10 +38,10 @@ Matrix6d hessian_matrix(const Normal& normal) {
 
 // Levenberg-Marquardt with the damping on the diagonal of J^T W J (Marquardt 1963). Stops early where a step
 // gains less than `gain` of the cost. Leaves the pose at the best state found.
-void minimize(const Camera& camera, bool robust, int iterations, double gain, MatchTable& table, SE3& T_cw) {
+void minimize(const Camera& camera, bool robust, int iterations, double gain, Tables& tables, SE3& T_cw) {
   constexpr double kFirstDamping = 1e-4, kMostDamping = 1e8, kSmallStep = 1e-10;
   Normal now, trial;
-  evaluate(camera, T_cw, robust, table, now);
+  tables.evaluate(camera, T_cw, robust, now);
   double damping = kFirstDamping;
   for (int i = 0; i < iterations && damping < kMostDamping; ++i) {
     Matrix6d h = hessian_matrix(now);
@@ -39,7 +51,7 @@ void minimize(const Camera& camera, bool robust, int iterations, double gain, Ma
     if (!step.allFinite()) return;
     if (step.squaredNorm() < kSmallStep * kSmallStep) return;
     const SE3 T_trial = SE3::exp(step) * T_cw;
-    evaluate(camera, T_trial, robust, table, trial);
+    tables.evaluate(camera, T_trial, robust, trial);
     if (!(trial.cost < now.cost)) {
       damping *= 10.0;
       continue;
@@ -64,6 +76,13 @@ bool usable(const PointMatch& m) {
          sensible(m.sigma2) && m.weight > 0.0 && sensible(m.weight);
 }
 
+bool usable(const LineMatch& m) {
+  const double direction2 = m.line_w.direction.squaredNorm();
+  return sensible(m.line_w.moment.squaredNorm()) && std::abs(direction2 - 1.0) < 1e-6 &&
+         sensible(m.start.squaredNorm()) && sensible(m.end.squaredNorm()) && m.sigma2 > 1e-9 &&
+         sensible(m.sigma2) && m.weight > 0.0 && sensible(m.weight);
+}
+
 // Fills the row of a usable match; its kWeight stays 0 until it is taken for an inlier.
 void fill(const PointMatch& m, const DepthNoiseOptions& noise, std::size_t i, MatchTable& table) {
   const bool has_depth = m.depth >= kMinProjectionDepth && m.depth <= noise.max_depth;
@@ -79,18 +98,50 @@ void fill(const PointMatch& m, const DepthNoiseOptions& noise, std::size_t i, Ma
   table.set(i, kHuber, std::sqrt(has_depth ? kChi2For3Dof : kChi2For2Dof));
 }
 
+// Whether both observed end points see the line before the camera.
+bool in_view(const Camera& camera, const SE3& T_cw, const LineMatch& m) {
+  const Line3 line_c = T_cw * m.line_w;
+  return project_line(camera, line_c) && inverse_depth_at(camera, line_c, m.start) > 0.0 &&
+         inverse_depth_at(camera, line_c, m.end) > 0.0;
+}
+
+void fill(const LineMatch& m, std::size_t i, LineTable& table) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    table.set(i, static_cast<LineField>(kMomentX + k), m.line_w.moment[static_cast<Eigen::Index>(k)]);
+    table.set(i, static_cast<LineField>(kDirectionX + k), m.line_w.direction[static_cast<Eigen::Index>(k)]);
+  }
+  table.set(i, kStartU, m.start.x());
+  table.set(i, kStartV, m.start.y());
+  table.set(i, kEndU, m.end.x());
+  table.set(i, kEndV, m.end.y());
+  table.set(i, kLineInfo, 1.0 / m.sigma2);
+}
+
+// Sets one match's verdict; true where that changed it.
+bool set_inlier(bool inlier, std::uint8_t& verdict, int& count) {
+  const bool changed = verdict != static_cast<std::uint8_t>(inlier);
+  verdict = inlier ? 1 : 0;
+  count += verdict;
+  return changed;
+}
+
 // Takes every usable match within the chi-square threshold for an inlier and lets only those weigh. True
 // where that changed anything.
-bool sort_matches(std::span<const PointMatch> matches, MatchTable& table, PoseEstimate& estimate) {
+bool sort_matches(std::span<const PointMatch> points, std::span<const LineMatch> lines, Tables& tables,
+                  PoseEstimate& estimate) {
   bool changed = false;
-  estimate.inliers = 0;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const double huber = table.get(i, kHuber);  // 0 for a match that cannot be used
-    const std::uint8_t inlier = huber > 0.0 && table.get(i, kChi2) <= huber * huber ? 1 : 0;
-    changed |= inlier != estimate.inlier[i];
-    estimate.inlier[i] = inlier;
-    estimate.inliers += inlier;
-    table.set(i, kWeight, inlier ? matches[i].weight : 0.0);
+  estimate.inliers = estimate.line_inliers = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double huber = tables.points.get(i, kHuber);  // 0 for a match that cannot be used
+    const bool inlier = huber > 0.0 && tables.points.get(i, kChi2) <= huber * huber;
+    changed |= set_inlier(inlier, estimate.inlier[i], estimate.inliers);
+    tables.points.set(i, kWeight, inlier ? points[i].weight : 0.0);
+  }
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const bool usable = tables.lines.get(i, kLineInfo) > 0.0;
+    const bool inlier = usable && tables.lines.get(i, kLineChi2) <= kChi2For2Dof;
+    changed |= set_inlier(inlier, estimate.line_inlier[i], estimate.line_inliers);
+    tables.lines.set(i, kLineWeight, inlier ? lines[i].weight : 0.0);
   }
   return changed;
 }
@@ -101,16 +152,26 @@ PoseOptimizer::PoseOptimizer(const Camera& camera, const DepthNoiseOptions& nois
                              const PoseOptimizerOptions& options)
     : camera_(camera), noise_(noise), options_(options) {}
 
-PoseEstimate PoseOptimizer::optimize(const SE3& T_cw, std::span<const PointMatch> matches) const {
-  const PoseEstimate nothing{.T_cw = T_cw, .inlier = std::vector<std::uint8_t>(matches.size(), 0)};
+PoseEstimate PoseOptimizer::optimize(const SE3& T_cw, std::span<const PointMatch> points,
+                                     std::span<const LineMatch> lines) const {
+  const PoseEstimate nothing{.T_cw = T_cw,
+                             .inlier = std::vector<std::uint8_t>(points.size(), 0),
+                             .line_inlier = std::vector<std::uint8_t>(lines.size(), 0)};
   PoseEstimate estimate = nothing;
-  MatchTable table(matches.size());
+  Tables tables{MatchTable(points.size()), LineTable(lines.size())};
   int usable_matches = 0;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (!usable(matches[i])) continue;
-    fill(matches[i], noise_, i, table);
-    if ((T_cw * matches[i].point_w).z() < kMinProjectionDepth) continue;
-    table.set(i, kWeight, matches[i].weight);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!usable(points[i])) continue;
+    fill(points[i], noise_, i, tables.points);
+    if ((T_cw * points[i].point_w).z() < kMinProjectionDepth) continue;
+    tables.points.set(i, kWeight, points[i].weight);
+    ++usable_matches;
+  }
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (!usable(lines[i])) continue;
+    fill(lines[i], i, tables.lines);
+    if (!in_view(camera_, T_cw, lines[i])) continue;
+    tables.lines.set(i, kLineWeight, lines[i].weight);
     ++usable_matches;
   }
   if (usable_matches < kMinInliers) return nothing;
@@ -119,13 +180,13 @@ PoseEstimate PoseOptimizer::optimize(const SE3& T_cw, std::span<const PointMatch
   for (int round = 0; round < options_.rounds; ++round) {
     // While outliers still pull, the exact minimum is not worth its steps.
     const bool robust = round < options_.robust_rounds;
-    minimize(camera_, robust, options_.iterations, robust ? 1e-3 : 1e-6, table, estimate.T_cw);
-    evaluate(camera_, estimate.T_cw, false, table, normal);
-    const bool changed = sort_matches(matches, table, estimate);
-    if (estimate.inliers < kMinInliers) return nothing;
+    minimize(camera_, robust, options_.iterations, robust ? 1e-3 : 1e-6, tables, estimate.T_cw);
+    tables.evaluate(camera_, estimate.T_cw, false, normal);
+    const bool changed = sort_matches(points, lines, tables, estimate);
+    if (estimate.inliers + estimate.line_inliers < kMinInliers) return nothing;
     if (!changed && !robust) break;
   }
-  evaluate(camera_, estimate.T_cw, false, table, normal);
+  tables.evaluate(camera_, estimate.T_cw, false, normal);
   estimate.information = hessian_matrix(normal);
   return estimate;
 }

@@ -49,29 +49,33 @@ struct PoseOptimizerOptions {
 
 struct PoseEstimate {
   SE3 T_cw;
-  std::vector<std::uint8_t> inlier;  ///< 1 or 0 per match
+  std::vector<std::uint8_t> inlier;  ///< 1 or 0 per point
   int inliers = 0;
+  std::vector<std::uint8_t> line_inlier;  ///< 1 or 0 per line
+  int line_inliers = 0;
   /// J^T W J over the inliers at the solution, W = weight x inverse variance; left perturbation (rho, phi) of
   /// T_cw, so rows and columns in 1/m and 1/rad. Its inverse is the pose's covariance where it has one
-  /// (inliers that see all six directions); it is zero where inliers = 0.
+  /// (inliers that see all six directions); it is zero where there are no inliers of either kind.
   Matrix6d information = Matrix6d::Zero();
 };
 
-/// Camera pose from matches to known points: Levenberg-Marquardt on the Huber-robust reprojection error
-/// sum rho(alpha_p e^T Omega e), paper section 3.5, with measured inverse depth as a third residual where
-/// there is one (geometry/reprojection.hpp).
+/// Camera pose from matches to known points and lines: Levenberg-Marquardt on the Huber-robust reprojection
+/// error sum rho(alpha_p e_p^T Omega_p e_p) + sum rho(alpha_l e_l^T Omega_l e_l), paper section 3.5. e_p has
+/// measured inverse depth as a third component where there is one (geometry/reprojection.hpp); e_l holds the
+/// distances of both observed end points from the projected line (geometry/line_reprojection.hpp).
 ///
 /// After each round every match is sorted anew: an inlier's unweighted error e^T Omega e stays below the 95 %
-/// chi-square point. alpha_p says how much a match may pull, not how far off it may be, so it does not enter
-/// the sorting. A match that cannot be used (weight 0, behind the camera, numbers not finite or without
-/// sense) is an outlier. The result does not depend on whether the processor has AVX2.
+/// chi-square point. alpha says how much a match may pull, not how far off it may be, so it does not enter
+/// the sorting. A match that cannot be used (weight 0, behind the camera, a line seen end-on, numbers not
+/// finite or without sense) is an outlier. The result does not depend on whether the processor has AVX2.
 class PoseOptimizer {
  public:
   PoseOptimizer(const Camera& camera, const DepthNoiseOptions& noise, const PoseOptimizerOptions& options);
 
-  /// Starts at T_cw. With fewer than 3 usable matches, at the start or after a round, the start value comes
-  /// back with inliers = 0.
-  [[nodiscard]] PoseEstimate optimize(const SE3& T_cw, std::span<const PointMatch> matches) const;
+  /// Starts at T_cw. With fewer than 3 usable matches, points and lines together, at the start or after a
+  /// round, the start value comes back without inliers.
+  [[nodiscard]] PoseEstimate optimize(const SE3& T_cw, std::span<const PointMatch> points,
+                                      std::span<const LineMatch> lines = {}) const;
 
  private:
   Camera camera_;

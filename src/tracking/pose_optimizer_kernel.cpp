@@ -1,35 +1,17 @@
 #include "tracking/pose_optimizer_kernel.hpp"
 
-#include <array>
-
 #include "geometry/reprojection.hpp"
 
 namespace ipl_slam::pose_kernel {
 namespace {
 
-using Mask = decltype(Lanes{} < Lanes{});
-
-// Adds weight * row^T * (row, e), touching only the columns that can differ from zero.
-template <std::size_t N>
-[[gnu::always_inline]] inline void add_row(const std::array<int, N>& columns, const Lanes (&row)[6],
-                                           const Lanes& e, const Lanes& weight, Lanes (&gradient)[6],
-                                           Lanes (&hessian)[21]) {
-#pragma GCC unroll 6
-  for (std::size_t r = 0; r < N; ++r) {
-    const Lanes weighted = weight * row[columns[r]];
-    gradient[columns[r]] += weighted * e;
-#pragma GCC unroll 6
-    for (std::size_t c = r; c < N; ++c) hessian[upper(columns[r], columns[c])] += weighted * row[columns[c]];
-  }
-}
-
 [[gnu::always_inline]] inline void evaluate_lanes(const Camera& camera, const SE3& T_cw, bool robust,
                                                   MatchTable& table, Normal& out) {
   const Eigen::Matrix3d R = T_cw.rotation_matrix();
   const Eigen::Vector3d t = T_cw.translation();
-  Lanes cost{}, gradient[6]{}, hessian[21]{};
+  LaneSums sums;
   const Lanes zero{}, one = zero + 1.0, behind_chi2 = zero + kBehindCameraChi2;
-  for (Block& block : table.blocks()) {
+  for (MatchTable::Block& block : table.blocks()) {
     Lanes(&m)[kFields] = block.field;
     const Lanes x = R(0, 0) * m[kX] + R(0, 1) * m[kY] + R(0, 2) * m[kZ] + t[0];
     const Lanes y = R(1, 0) * m[kX] + R(1, 1) * m[kY] + R(1, 2) * m[kZ] + t[1];
@@ -45,26 +27,15 @@ template <std::size_t N>
 
     Lanes weight = in_front ? m[kWeight] : zero;
     Lanes loss = m[kWeight] * chi2;
-    if (robust) {  // rho(s) and rho'(s) of Huber's kernel, as in robust.hpp
-      const Lanes delta = m[kHuber], inside = delta * delta;
-      const Lanes s = loss;
-      Lanes root = s > inside ? s : one;
-      for (std::size_t l = 0; l < kLanes; ++l) root[l] = __builtin_sqrt(root[l]);
-      loss = s > inside ? 2.0 * delta * root - inside : s;
-      weight *= s > inside ? delta / root : one;
-    }
-    cost += loss;
+    if (robust) apply_huber(m[kHuber], loss, weight);
+    sums.cost += loss;
     const Lanes pixel_weight = weight * m[kPixelInfo];
-    add_row(kColumnsU, r.jacobian[0], r.e[0], pixel_weight, gradient, hessian);
-    add_row(kColumnsV, r.jacobian[1], r.e[1], pixel_weight, gradient, hessian);
-    add_row(kColumnsD, r.jacobian[2], r.e[2], weight * m[kDepthInfo], gradient, hessian);
+    sums.add_row(kColumnsU, r.jacobian[0], r.e[0], pixel_weight);
+    sums.add_row(kColumnsV, r.jacobian[1], r.e[1], pixel_weight);
+    sums.add_row(kColumnsD, r.jacobian[2], r.e[2], weight * m[kDepthInfo]);
   }
-  const auto sum = [](const Lanes& v) __attribute__((always_inline)) {
-    return (v[0] + v[1]) + (v[2] + v[3]);
-  };
-  out.cost = sum(cost);
-  for (int i = 0; i < 6; ++i) out.gradient[i] = sum(gradient[i]);
-  for (int i = 0; i < 21; ++i) out.hessian[i] = sum(hessian[i]);
+  out = {};
+  sums.add_to(out);
 }
 
 }  // namespace

@@ -1,20 +1,13 @@
 #pragma once
 
-#include <cstddef>
-#include <vector>
-
 #include "geometry/camera.hpp"
 #include "geometry/se3.hpp"
+#include "tracking/pose_optimizer_lanes.hpp"
 
-// The inner loop of the pose optimiser: residuals, robust weights and normal equations of all matches, four
-// at a time.
+// The inner loop of the pose optimiser: residuals, robust weights and normal equations of all points, four at
+// a time.
 
 namespace ipl_slam::pose_kernel {
-
-/// Four matches side by side. GCC and Clang map this type to one AVX register or to two SSE2 registers; every
-/// operation used is exactly rounded, so both give the same bits.
-constexpr std::size_t kLanes = 4;
-using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
 
 /// What the table holds per match.
 enum Field : std::size_t {
@@ -32,38 +25,7 @@ enum Field : std::size_t {
   kFields
 };
 
-/// The alignment is spelled out because the compiler of a file without AVX takes 16 bytes to be enough for
-/// Lanes.
-struct alignas(sizeof(Lanes)) Block {
-  Lanes field[kFields];
-};
-
-/// The matches in blocks of kLanes; the last block is filled up with zeros, which take no part.
-class MatchTable {
- public:
-  explicit MatchTable(std::size_t matches) : blocks_((matches + kLanes - 1) / kLanes, Block{}) {}
-
-  [[nodiscard]] std::vector<Block>& blocks() { return blocks_; }
-  [[nodiscard]] double get(std::size_t i, Field field) const {
-    return blocks_[i / kLanes].field[field][i % kLanes];
-  }
-  void set(std::size_t i, Field field, double value) { blocks_[i / kLanes].field[field][i % kLanes] = value; }
-
- private:
-  std::vector<Block> blocks_;
-};
-
-/// Cost, gradient J^T W e and the upper triangle of J^T W J, row by row.
-struct Normal {
-  double cost = 0.0;
-  double gradient[6] = {};
-  double hessian[21] = {};
-};
-
-/// Where row <= column of a symmetric 6x6 matrix lies in Normal::hessian.
-constexpr int upper(int row, int column) {
-  return row * 6 - row * (row - 1) / 2 + column - row;
-}
+using MatchTable = LaneTable<Field, kFields>;
 
 /// Evaluates all matches at T_cw: sums the normal equations, weighted by kWeight and, if `robust`, Huber's
 /// kernel, and stores each match's unweighted chi-square (pixels and inverse depth) in kChi2. Runs on AVX2

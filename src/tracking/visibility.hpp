@@ -8,6 +8,7 @@
 #include "features/scale_pyramid.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/se3.hpp"
+#include "tracking/image_bounds.hpp"
 
 namespace ipl_slam {
 
@@ -45,9 +46,7 @@ class Visibility {
   }
 
   /// Whether an undistorted pixel lies in the image.
-  [[nodiscard]] bool inside(const Eigen::Vector2d& uv) const {
-    return (uv.array() >= min_uv_.array()).all() && (uv.array() <= max_uv_.array()).all();
-  }
+  [[nodiscard]] bool inside(const Eigen::Vector2d& uv) const { return bounds_.contains(uv); }
 
  private:
   static constexpr double kNear = 0.05;          // m; nearer than any depth camera measures
@@ -56,7 +55,7 @@ class Visibility {
   Camera camera_;
   ScalePyramid pyramid_;
   double slack_;
-  Eigen::Vector2d min_uv_, max_uv_;  // bounds of the undistorted image
+  ImageBounds bounds_;
 };
 
 }  // namespace ipl_slam
