@@ -102,6 +102,7 @@ TEST(LineDescriptor, ReadsAnOctaveInTheHalvedImage) {
   const cv::Mat a = test::textured_image(300, 200);
   cv::Mat twice;
   cv::resize(a, twice, {}, 2.0, 2.0, cv::INTER_NEAREST);  // halved again, this is the image itself
+  cv::copyMakeBorder(twice, twice, 0, 1, 0, 1, cv::BORDER_REPLICATE);  // also where the size is odd
   const Eigen::Vector2f start(80.0F, 70.0F), end(150.0F, 120.0F);
   const auto enlarged = [](const Eigen::Vector2f& p) -> Eigen::Vector2f { return 2.0F * p.array() + 0.5F; };
   const Eigen::Vector2f s = enlarged(start), e = enlarged(end);
@@ -133,6 +134,13 @@ TEST(LineDescriptor, IsDefinedForSegmentsThatStickOutOrLieOutside) {
   EXPECT_EQ(descriptors[3], Descriptor{});  // nothing inside: all bands are zero
   EXPECT_EQ(descriptors[4], Descriptor{});
   EXPECT_NE(descriptors[5], Descriptor{});  // a single column of samples
+}
+
+TEST(LineDescriptor, DoesNotSeeBeyondTheImage) {
+  const cv::Mat scene = test::noise_image(320, 240);
+  const cv::Mat part = scene(cv::Rect(40, 30, 200, 150));
+  const LineSegment s = segment(10.0F, 1.0F, 150.0F, 1.0F);
+  EXPECT_EQ(describe(part, s), describe(part.clone(), s));
 }
 
 TEST(LineDescriptor, IsTheSameAgain) {
