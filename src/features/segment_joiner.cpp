@@ -31,9 +31,7 @@ class Edge {
       : start_(s.start.cast<double>()),
         end_(s.end.cast<double>()),
         octave_(s.octave),
-        contrast_times_length_(s.contrast * (end_ - start_).norm()),
-        length_sum_((end_ - start_).norm()) {
-    mass_ = std::ldexp(length_sum_, -2 * s.octave);
+        mass_(std::ldexp((end_ - start_).norm(), -2 * s.octave)) {
     const Eigen::Vector2d middle = 0.5 * (start_ + end_), half = 0.5 * (end_ - start_);
     first_ = mass_ * middle;
     second_ = mass_ * (middle * middle.transpose() + half * half.transpose() / 3.0);
@@ -52,8 +50,6 @@ class Edge {
     sum.first_ += other.first_;
     sum.second_ += other.second_;
     sum.octave_ = std::min(octave_, other.octave_);
-    sum.contrast_times_length_ += other.contrast_times_length_;
-    sum.length_sum_ += other.length_sum_;
     sum.points_.insert(sum.points_.end(), other.points_.begin(), other.points_.end());
     sum.fit(direction());
     return sum;
@@ -73,7 +69,6 @@ class Edge {
     LineSegment s;
     s.start = start_.cast<float>();
     s.end = end_.cast<float>();
-    s.contrast = static_cast<float>(contrast_times_length_ / length_sum_);
     s.octave = octave_;
     return s;
   }
@@ -97,8 +92,7 @@ class Edge {
 
   Eigen::Vector2d start_, end_;
   int octave_;
-  double contrast_times_length_, length_sum_;
-  double mass_ = 0.0;
+  double mass_;
   Eigen::Vector2d first_;
   Eigen::Matrix2d second_;
   std::vector<std::pair<Eigen::Vector2d, int>> points_;  // end points of the pieces and their octaves
@@ -129,11 +123,12 @@ bool comes_first(const Edge& a, const Edge& b) {
 
 }  // namespace
 
-std::vector<LineSegment> join_segments(std::vector<LineSegment> segments,
+std::vector<LineSegment> join_segments(std::span<const LineSegment> segments,
                                        const SegmentJoinerOptions& options) {
   std::vector<Edge> open;
   for (const LineSegment& s : segments) open.emplace_back(s);
-  std::stable_sort(open.begin(), open.end(), comes_first);
+  std::stable_sort(open.begin(), open.end(),
+                   [](const Edge& a, const Edge& b) { return a.length() > b.length(); });
   std::vector<Edge> done;
   std::vector<bool> used(open.size(), false);
   for (std::size_t i = 0; i < open.size(); ++i) {
@@ -149,9 +144,10 @@ std::vector<LineSegment> join_segments(std::vector<LineSegment> segments,
     }
     done.push_back(std::move(edge));
   }
-  std::stable_sort(done.begin(), done.end(), comes_first);
   std::vector<LineSegment> result;
   for (const Edge& edge : done) result.push_back(edge.segment());
+  std::stable_sort(result.begin(), result.end(),
+                   [](const LineSegment& a, const LineSegment& b) { return a.length() > b.length(); });
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "common/options.hpp"
@@ -26,11 +27,11 @@ struct SegmentJoinerOptions {
 };
 
 /// Joins pieces of one straight edge: same direction (thus same bright side), on one line, overlapping or a
-/// small gap apart. Works on the undistorted end points `start` and `end`, where straight edges of the world
-/// are straight; `start_pixel` and `end_pixel` of joined segments are not brought up to date. A segment that
-/// was found again on a coarser octave is a piece of the same edge too; its position weighs less. The result
-/// runs longest first and does not depend on the order of the input, except among equally long segments.
-[[nodiscard]] std::vector<LineSegment> join_segments(std::vector<LineSegment> segments,
+/// small gap apart. Reads and gives `start`, `end` (undistorted: there straight edges of the world are
+/// straight) and `octave`, the finest of the pieces, and nothing else. An edge that was found again on a
+/// coarser octave is a piece too; its position weighs less. Longest first. The order of the input matters
+/// only among pieces of equal length.
+[[nodiscard]] std::vector<LineSegment> join_segments(std::span<const LineSegment> segments,
                                                      const SegmentJoinerOptions& options);
 
 }  // namespace ipl_slam

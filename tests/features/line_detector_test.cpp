@@ -262,7 +262,7 @@ TEST_P(LineDetectorTest, gives_the_same_bytes_every_time) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(methods, LineDetectorTest, testing::Values(LineMethod::kLsd),
+INSTANTIATE_TEST_SUITE_P(methods, LineDetectorTest, testing::Values(LineMethod::kLsd, LineMethod::kEdges),
                          [](const auto& info) { return info.param == LineMethod::kLsd ? "lsd" : "edges"; });
 
 }  // namespace
