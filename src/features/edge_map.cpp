@@ -16,8 +16,8 @@ constexpr int kReach = 2;  // of the smoothing kernel
 // same text, one per instruction set; all is integer arithmetic, so they agree.
 #define IPL_SLAM_ROW_LOOP inline __attribute__((always_inline))
 
-IPL_SLAM_ROW_LOOP void smooth_row(const std::array<const std::uint8_t*, 5>& in, int width, std::int16_t* line,
-                                  std::int16_t* out) {
+IPL_SLAM_ROW_LOOP void smooth_row(const std::array<const std::uint8_t*, 5>& in, int width,
+                                  std::int16_t* __restrict line, std::int16_t* __restrict out) {
   for (int x = 0; x < width; ++x) {
     line[x] = static_cast<std::int16_t>(in[0][x] + in[4][x] + 4 * (in[1][x] + in[3][x]) + 6 * in[2][x]);
   }
@@ -29,8 +29,9 @@ IPL_SLAM_ROW_LOOP void smooth_row(const std::array<const std::uint8_t*, 5>& in, 
   }
 }
 
-IPL_SLAM_ROW_LOOP void gradient_row(const std::array<const std::int16_t*, 3>& b, int width, std::int16_t* gx,
-                                    std::int16_t* gy, std::int16_t* magnitude) {
+IPL_SLAM_ROW_LOOP void gradient_row(const std::array<const std::int16_t*, 3>& b, int width,
+                                    std::int16_t* __restrict gx, std::int16_t* __restrict gy,
+                                    std::int16_t* __restrict magnitude) {
   for (int x = 1; x < width - 1; ++x) {
     const auto h = static_cast<std::int16_t>((b[0][x + 1] - b[0][x - 1]) + 2 * (b[1][x + 1] - b[1][x - 1]) +
                                              (b[2][x + 1] - b[2][x - 1]));
@@ -44,13 +45,16 @@ IPL_SLAM_ROW_LOOP void gradient_row(const std::array<const std::int16_t*, 3>& b,
 
 IPL_SLAM_ROW_LOOP void ridge_row(const std::int16_t* gx, const std::int16_t* gy,
                                  const std::int16_t* magnitude, int width, std::int16_t min_magnitude,
-                                 std::uint8_t* is_ridge) {
+                                 std::uint8_t* __restrict is_ridge) {
   const std::int16_t *m = magnitude, *above = magnitude - width, *below = magnitude + width;
   for (int x = 1; x < width - 1; ++x) {
-    const bool along_u = std::abs(gy[x]) >= std::abs(gx[x]);
-    const std::int16_t before = along_u ? above[x] : m[x - 1];
-    const std::int16_t after = along_u ? below[x] : m[x + 1];
-    is_ridge[x] = static_cast<std::uint8_t>((m[x] >= min_magnitude) & (m[x] > before) & (m[x] >= after));
+    // Masks, not conditions: the compiler does not vectorise loads it might have to skip.
+    const int along_u = -static_cast<int>(std::abs(gy[x]) >= std::abs(gx[x]));
+    const int before = (above[x] & along_u) | (m[x - 1] & ~along_u);
+    const int after = (below[x] & along_u) | (m[x + 1] & ~along_u);
+    is_ridge[x] =
+        static_cast<std::uint8_t>(static_cast<int>(m[x] >= min_magnitude) & static_cast<int>(m[x] > before) &
+                                  static_cast<int>(m[x] >= after));
   }
 }
 

@@ -134,6 +134,7 @@ TEST_P(LineDetectorTest, an_edge_too_soft_for_full_size_is_found_on_the_half_siz
   ASSERT_GE(segments.size(), 1U);
   EXPECT_NEAR(0.5F * (segments[0].start.y() + segments[0].end.y()), point.y(),
               0.1 * std::ldexp(1.0, segments[0].octave));
+  EXPECT_GE(segments[0].octave, 1);
   EXPECT_GT(segments[0].length(), 250.0F);
 }
 
@@ -259,6 +260,20 @@ TEST_P(LineDetectorTest, gives_the_same_bytes_every_time) {
     EXPECT_EQ(first[i].end, second[i].end);
     EXPECT_EQ(first[i].contrast, second[i].contrast);
     EXPECT_EQ(first[i].octave, second[i].octave);
+  }
+}
+
+TEST_P(LineDetectorTest, does_not_depend_on_the_instruction_set) {
+  const Camera camera = test::simple_camera(403, 301);
+  const cv::Mat image = test::textured_image(camera.width, camera.height);
+  const auto portable = LineDetector(GetParam(), {}, camera, Simd::portable).detect(image);
+  const auto best = LineDetector(GetParam(), {}, camera, best_simd()).detect(image);
+  ASSERT_GT(portable.size(), 10U);
+  ASSERT_EQ(portable.size(), best.size());
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    EXPECT_EQ(portable[i].start, best[i].start);
+    EXPECT_EQ(portable[i].end, best[i].end);
+    EXPECT_EQ(portable[i].contrast, best[i].contrast);
   }
 }
 
