@@ -59,19 +59,19 @@ std::vector<cv::Mat> recorded_images(const std::filesystem::path& sequence) {
   return images;
 }
 
-void detect(benchmark::State& state, const std::vector<cv::Mat>& images, LineMethod method, Simd simd) {
+void detect(benchmark::State& state, const std::vector<cv::Mat>& images, LineMethod method) {
   cv::setNumThreads(1);
-  LineDetector detector(method, {}, load_camera("tum1"), simd);
+  LineDetector detector(method, {}, load_camera("tum1"));
   std::size_t frames = 0, segments = 0;
   for (auto _ : state) segments += detector.detect(images[frames++ % images.size()]).size();
   state.counters["segments"] = static_cast<double>(segments) / static_cast<double>(frames);
 }
 
-void edge_map(benchmark::State& state, const std::vector<cv::Mat>& images, Simd simd) {
+void edge_map(benchmark::State& state, const std::vector<cv::Mat>& images) {
   EdgeMap map;
   std::size_t i = 0;
   for (auto _ : state) {
-    compute_edge_map(images[i++ % images.size()], 5 * kEdgeGradientUnit, map, simd);
+    compute_edge_map(images[i++ % images.size()], 5 * kEdgeGradientUnit, map);
     benchmark::DoNotOptimize(map.is_ridge.data());
   }
 }
@@ -97,11 +97,9 @@ void add(const std::string& name, Args... args) {
 
 void add_all(const std::string& name, const std::vector<cv::Mat>& images) {
   if (images.empty()) return;
-  add("detect_lsd/" + name, detect, images, LineMethod::kLsd, best_simd());
-  add("detect_edges/" + name, detect, images, LineMethod::kEdges, best_simd());
-  add("detect_edges_portable/" + name, detect, images, LineMethod::kEdges, Simd::portable);
-  add("edge_map/" + name, edge_map, images, best_simd());
-  add("edge_map_portable/" + name, edge_map, images, Simd::portable);
+  add("detect_lsd/" + name, detect, images, LineMethod::kLsd);
+  add("detect_edges/" + name, detect, images, LineMethod::kEdges);
+  add("edge_map/" + name, edge_map, images);
   add("edge_chains/" + name, edge_chains, images);
 }
 

@@ -5,8 +5,6 @@
 
 #include <opencv2/core.hpp>
 
-#include "common/cpu.hpp"
-
 namespace ipl_slam {
 
 /// Gradients of an image, in units of 1 / kEdgeGradientUnit grey values per pixel, and the pixels where their
@@ -28,7 +26,7 @@ inline constexpr int kEdgeGradientUnit = 128;
 
 /// Smooths `grey` (CV_8UC1, at least 3x3) with the 5x5 binomial kernel (a Gaussian of sigma 1) and takes
 /// Sobel gradients. Ridges are looked for where the magnitude is at least `min_magnitude`. `map` keeps its
-/// memory from call to call. Both bodies give the same result.
-void compute_edge_map(const cv::Mat& grey, int min_magnitude, EdgeMap& map, Simd simd = best_simd());
+/// memory from call to call.
+void compute_edge_map(const cv::Mat& grey, int min_magnitude, EdgeMap& map);
 
 }  // namespace ipl_slam

@@ -50,9 +50,8 @@ LineSegment segment_between(const Vector2d& start, const Vector2d& end, int octa
 
 }  // namespace
 
-LineDetector::LineDetector(LineMethod method, const LineDetectorOptions& options, const Camera& camera,
-                           Simd simd)
-    : method_(method), options_(options), camera_(camera), simd_(simd), undistort_(camera) {}
+LineDetector::LineDetector(LineMethod method, const LineDetectorOptions& options, const Camera& camera)
+    : method_(method), options_(options), camera_(camera), undistort_(camera) {}
 
 // OpenCV's LSD has the brighter side on the left. It works on the image shrunk to 0.8 of its size and divides
 // its coordinates by that, though the centre of pixel x of the shrunk image lies at (x + 0.5) / 0.8 - 0.5.
@@ -79,7 +78,7 @@ void LineDetector::find_edges(const cv::Mat& image, int octave, std::vector<Line
   walk.anchor_magnitude = units(options_.edges.anchor_gradient);
   walk.min_points = static_cast<std::size_t>(options_.edges.pieces.seed_points);
   EdgeMap& map = maps_[static_cast<std::size_t>(octave)];
-  compute_edge_map(image, walk.anchor_magnitude, map, simd_);
+  compute_edge_map(image, walk.anchor_magnitude, map);
   chain_finder_.find(map, walk, chains_);
   const double pixel = std::ldexp(1.0, octave);
   for (EdgePoint& p : chains_.points) {

@@ -4,7 +4,6 @@
 
 #include <opencv2/core.hpp>
 
-#include "common/cpu.hpp"
 #include "common/options.hpp"
 #include "features/chain_splitter.hpp"
 #include "features/edge_chains.hpp"
@@ -68,12 +67,10 @@ struct LineDetectorOptions {
 /// again in the image.
 class LineDetector {
  public:
-  LineDetector(LineMethod method, const LineDetectorOptions& options, const Camera& camera,
-               Simd simd = best_simd());
+  LineDetector(LineMethod method, const LineDetectorOptions& options, const Camera& camera);
 
   /// `grey` is CV_8UC1 of the camera's size (std::invalid_argument). Longest first; depth is not filled in.
-  /// End points of joined segments can stick out of the image by a fraction of a pixel. The result does not
-  /// depend on simd.
+  /// End points of joined segments can stick out of the image by a fraction of a pixel.
   [[nodiscard]] std::vector<LineSegment> detect(const cv::Mat& grey);
 
  private:
@@ -84,7 +81,6 @@ class LineDetector {
   LineMethod method_;
   LineDetectorOptions options_;
   Camera camera_;
-  Simd simd_;
   UndistortionTable undistort_;
   // Memory kept from call to call.
   std::vector<EdgeMap> maps_;  // by octave

@@ -47,22 +47,6 @@ TEST(EdgeMap, the_strongest_step_there_is_does_not_overflow) {
   EXPECT_NEAR(ridges, 30, 6);  // one pixel across each edge
 }
 
-TEST(EdgeMap, does_not_depend_on_the_instruction_set) {
-  for (const int width : {3, 17, 64, 131}) {
-    for (const int height : {3, 4, 33}) {
-      for (const cv::Mat& image : {test::noise_image(width, height), test::textured_image(width, height)}) {
-        EdgeMap portable, best;
-        compute_edge_map(image, 300, portable, Simd::portable);
-        compute_edge_map(image, 300, best, best_simd());
-        ASSERT_EQ(portable.gx, best.gx);
-        ASSERT_EQ(portable.gy, best.gy);
-        ASSERT_EQ(portable.magnitude, best.magnitude);
-        ASSERT_EQ(portable.is_ridge, best.is_ridge);
-      }
-    }
-  }
-}
-
 TEST(EdgeMap, nothing_of_an_earlier_image_is_left) {
   EdgeMap used, fresh;
   compute_edge_map(test::noise_image(50, 40), 1, used);

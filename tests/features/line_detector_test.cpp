@@ -263,20 +263,6 @@ TEST_P(LineDetectorTest, gives_the_same_bytes_every_time) {
   }
 }
 
-TEST_P(LineDetectorTest, does_not_depend_on_the_instruction_set) {
-  const Camera camera = test::simple_camera(403, 301);
-  const cv::Mat image = test::textured_image(camera.width, camera.height);
-  const auto portable = LineDetector(GetParam(), {}, camera, Simd::portable).detect(image);
-  const auto best = LineDetector(GetParam(), {}, camera, best_simd()).detect(image);
-  ASSERT_GT(portable.size(), 10U);
-  ASSERT_EQ(portable.size(), best.size());
-  for (std::size_t i = 0; i < best.size(); ++i) {
-    EXPECT_EQ(portable[i].start, best[i].start);
-    EXPECT_EQ(portable[i].end, best[i].end);
-    EXPECT_EQ(portable[i].contrast, best[i].contrast);
-  }
-}
-
 INSTANTIATE_TEST_SUITE_P(methods, LineDetectorTest, testing::Values(LineMethod::kLsd, LineMethod::kEdges),
                          [](const auto& info) { return info.param == LineMethod::kLsd ? "lsd" : "edges"; });
 
