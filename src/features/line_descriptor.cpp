@@ -30,11 +30,13 @@ struct Gradients {
   std::vector<std::array<std::int16_t, 2>> values;
 
   explicit Gradients(const cv::Mat& grey) : width(grey.cols), height(grey.rows) {
-    // A little smoothing makes the nearest pixel as good as an interpolated one.
+    // A little smoothing makes the nearest pixel as good as an interpolated one. Isolated: where `grey` is a
+    // part of a larger image, OpenCV would look beyond its border.
+    constexpr int kBorder = cv::BORDER_DEFAULT | cv::BORDER_ISOLATED;
     cv::Mat smooth, dx, dy;
-    cv::GaussianBlur(grey, smooth, {5, 5}, 1.0);
-    cv::Sobel(smooth, dx, CV_16S, 1, 0);
-    cv::Sobel(smooth, dy, CV_16S, 0, 1);
+    cv::GaussianBlur(grey, smooth, {5, 5}, 1.0, 1.0, kBorder);
+    cv::Sobel(smooth, dx, CV_16S, 1, 0, 3, 1.0, 0.0, kBorder);
+    cv::Sobel(smooth, dy, CV_16S, 0, 1, 3, 1.0, 0.0, kBorder);
     values.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     for (int y = 0, i = 0; y < height; ++y) {
       const auto* gx = dx.ptr<std::int16_t>(y);
@@ -49,9 +51,11 @@ std::vector<Gradients> gradient_octaves(const cv::Mat& grey, int count) {
   cv::Mat image = grey;
   for (int k = 0; k < count; ++k) {
     if (k > 0) {
+      // An odd last column or row is left out, so that a pixel is the mean of exactly four.
       const cv::Size half(std::max(1, image.cols / 2), std::max(1, image.rows / 2));
+      const cv::Rect even(0, 0, std::min(image.cols, 2 * half.width), std::min(image.rows, 2 * half.height));
       cv::Mat smaller;
-      cv::resize(image, smaller, half, 0, 0, cv::INTER_AREA);
+      cv::resize(image(even), smaller, half, 0, 0, cv::INTER_AREA);
       image = smaller;
     }
     octaves.emplace_back(image);

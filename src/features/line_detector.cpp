@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <span>
 #include <stdexcept>
 
 #include <opencv2/imgproc.hpp>
@@ -9,35 +11,28 @@
 namespace ipl_slam {
 namespace {
 
+using Eigen::Vector2d;
+
 constexpr int kMinSide = 16;  // pixels; octaves smaller than this hold no segment worth having
 constexpr double kContrastReach =
     1.5;                               // pixels to either side of an edge, beyond the blur of lens and sensor
 constexpr double kContrastStep = 2.0;  // pixels between samples along an edge
 
-// A segment in the pixels of one octave.
-struct RawSegment {
-  Eigen::Vector2d start, end;
-};
-
-// OpenCV's LSD works on the image shrunk to 0.8 of its size and divides its coordinates by that, though the
-// centre of pixel x of the shrunk image lies at (x + 0.5) / 0.8 - 0.5.
-constexpr double kLsdScale = 0.8;
-constexpr double kLsdShift = 0.5 / kLsdScale - 0.5;
-
-std::vector<RawSegment> find_lsd(const cv::Mat& grey) {
-  std::vector<cv::Vec4f> lines;
-  cv::createLineSegmentDetector(cv::LSD_REFINE_STD, kLsdScale)->detect(grey, lines);
-  std::vector<RawSegment> segments;
-  segments.reserve(lines.size());
-  const Eigen::Vector2d shift(kLsdShift, kLsdShift);
-  for (const cv::Vec4f& l : lines) {
-    segments.push_back({Eigen::Vector2d(l[0], l[1]) + shift, Eigen::Vector2d(l[2], l[3]) + shift});
+// Full size first. cv::pyrDown keeps the centre of pixel 0 in its place: pixel x of octave o lies at 2^o x.
+std::vector<cv::Mat> pyramid_of(const cv::Mat& grey, int octaves) {
+  std::vector<cv::Mat> images;
+  for (cv::Mat image = grey;;) {
+    if (std::min(image.rows, image.cols) < kMinSide) return images;
+    images.push_back(image);
+    if (images.size() == static_cast<std::size_t>(octaves)) return images;
+    cv::Mat half;
+    cv::pyrDown(image, half);
+    image = half;
   }
-  return segments;
 }
 
 // Grey value between pixels; beyond the border that of the border.
-double sample(const cv::Mat& grey, const Eigen::Vector2d& p) {
+double sample(const cv::Mat& grey, const Vector2d& p) {
   const double u = std::clamp(p.x(), 0.0, grey.cols - 1.001), v = std::clamp(p.y(), 0.0, grey.rows - 1.001);
   const int x = static_cast<int>(u), y = static_cast<int>(v);
   const double a = u - x, b = v - y;
@@ -45,58 +40,100 @@ double sample(const cv::Mat& grey, const Eigen::Vector2d& p) {
   return (1.0 - b) * ((1.0 - a) * upper[0] + a * upper[1]) + b * ((1.0 - a) * lower[0] + a * lower[1]);
 }
 
-// Mean grey value on the right minus that on the left.
-double step_across(const cv::Mat& grey, const RawSegment& s) {
-  const Eigen::Vector2d run = s.end - s.start;
-  const Eigen::Vector2d right = Eigen::Vector2d(-run.y(), run.x()).normalized() * kContrastReach;
-  const int samples = std::max(2, static_cast<int>(run.norm() / kContrastStep));
-  double sum = 0.0;
-  for (int i = 0; i < samples; ++i) {
-    const Eigen::Vector2d p = s.start + (i + 0.5) / samples * run;
-    sum += sample(grey, p + right) - sample(grey, p - right);
-  }
-  return sum / samples;
+LineSegment segment_between(const Vector2d& start, const Vector2d& end, int octave) {
+  LineSegment s;
+  s.start = start.cast<float>();
+  s.end = end.cast<float>();
+  s.octave = octave;
+  return s;
 }
 
 }  // namespace
 
 LineDetector::LineDetector(LineMethod method, const LineDetectorOptions& options, const Camera& camera)
-    : method_(method), options_(options), camera_(camera) {}
+    : method_(method), options_(options), camera_(camera), undistort_(camera) {}
+
+// OpenCV's LSD has the brighter side on the left. It works on the image shrunk to 0.8 of its size and divides
+// its coordinates by that, though the centre of pixel x of the shrunk image lies at (x + 0.5) / 0.8 - 0.5.
+void LineDetector::find_lsd(const cv::Mat& image, int octave, std::vector<LineSegment>& pieces) const {
+  constexpr double kShrink = 0.8, kShift = 0.5 / kShrink - 0.5;
+  std::vector<cv::Vec4f> lines;
+  cv::createLineSegmentDetector(cv::LSD_REFINE_STD, kShrink)->detect(image, lines);
+  const double pixel = std::ldexp(1.0, octave);
+  for (const cv::Vec4f& l : lines) {
+    const Vector2d end(l[0] + kShift, l[1] + kShift), start(l[2] + kShift, l[3] + kShift);
+    if ((end - start).norm() < options_.min_piece) continue;
+    pieces.push_back(
+        segment_between(camera_.undistort(pixel * start), camera_.undistort(pixel * end), octave));
+  }
+}
+
+// Points are undistorted before lines are fitted to them, so that the lens does not break straight edges.
+void LineDetector::find_edges(const cv::Mat& image, int octave, std::vector<LineSegment>& pieces) {
+  const auto units = [](double gradient) {
+    return static_cast<int>(std::lround(gradient * kEdgeGradientUnit));
+  };
+  EdgeWalk walk;
+  walk.min_magnitude = units(options_.edges.min_gradient);
+  walk.anchor_magnitude = units(options_.edges.anchor_gradient);
+  walk.min_points = static_cast<std::size_t>(options_.edges.pieces.seed_points);
+  EdgeMap& map = maps_[static_cast<std::size_t>(octave)];
+  compute_edge_map(image, walk.anchor_magnitude, map);
+  chain_finder_.find(map, walk, chains_);
+  const double pixel = std::ldexp(1.0, octave);
+  for (EdgePoint& p : chains_.points) {
+    const Eigen::Vector2f q = undistort_(static_cast<float>(pixel) * Eigen::Vector2f(p.u, p.v));
+    p.u = q.x();
+    p.v = q.y();
+  }
+  std::vector<StraightPiece> straight;
+  for (std::size_t k = 0; k + 1 < chains_.begins.size(); ++k) {
+    const std::size_t begin = chains_.begins[k], size = chains_.begins[k + 1] - begin;
+    split_chain(std::span(chains_.points).subspan(begin, size), pixel, options_.edges.pieces, straight);
+  }
+  for (const StraightPiece& p : straight) {
+    if ((p.end - p.start).norm() < pixel * options_.min_piece) continue;
+    pieces.push_back(segment_between(p.start, p.end, octave));
+  }
+}
+
+// Mean grey value on the right minus that on the left, in the image of the segment's octave.
+float LineDetector::contrast(const cv::Mat& image, const LineSegment& segment) const {
+  const double pixel = std::ldexp(1.0, segment.octave);
+  const Vector2d start = segment.start.cast<double>(), run = segment.end.cast<double>() - start;
+  const Vector2d right = Vector2d(-run.y(), run.x()).normalized() * kContrastReach * pixel;
+  const int samples = std::max(2, static_cast<int>(run.norm() / (kContrastStep * pixel)));
+  double sum = 0.0;
+  for (int i = 0; i < samples; ++i) {
+    const Vector2d p = start + (i + 0.5) / samples * run;
+    sum +=
+        sample(image, camera_.distort(p + right) / pixel) - sample(image, camera_.distort(p - right) / pixel);
+  }
+  return static_cast<float>(sum / samples);
+}
 
 std::vector<LineSegment> LineDetector::detect(const cv::Mat& grey) {
   if (grey.type() != CV_8UC1 || grey.cols != camera_.width || grey.rows != camera_.height) {
     throw std::invalid_argument("LineDetector::detect: an 8-bit grey image of the camera's size is needed");
   }
-  std::vector<LineSegment> segments;
-  cv::Mat image = grey;
-  for (int octave = 0; octave < options_.octaves && std::min(image.rows, image.cols) >= kMinSide; ++octave) {
-    for (RawSegment& raw : find_lsd(image)) {
-      const double step = step_across(image, raw);
-      if (std::abs(step) < options_.min_contrast) continue;
-      if (step < 0.0) std::swap(raw.start, raw.end);
-      const double scale = std::ldexp(1.0, octave);  // pyrDown keeps pixel 0 in its place
-      LineSegment s;
-      s.start = camera_.undistort(scale * raw.start).cast<float>();
-      s.end = camera_.undistort(scale * raw.end).cast<float>();
-      s.contrast = static_cast<float>(std::abs(step));
-      s.octave = octave;
-      segments.push_back(s);
-    }
-    cv::Mat half;
-    cv::pyrDown(image, half);
-    image = half;
+  const std::vector<cv::Mat> pyramid = pyramid_of(grey, options_.octaves);
+  maps_.resize(pyramid.size());
+  std::vector<LineSegment> pieces;
+  for (std::size_t octave = 0; octave < pyramid.size(); ++octave) {
+    if (method_ == LineMethod::kLsd) find_lsd(pyramid[octave], static_cast<int>(octave), pieces);
+    if (method_ == LineMethod::kEdges) find_edges(pyramid[octave], static_cast<int>(octave), pieces);
   }
-  segments = join_segments(std::move(segments), options_.joiner);
-  const auto too_short = [&](const LineSegment& s) { return s.length() < options_.min_length; };
-  segments.erase(std::find_if(segments.begin(), segments.end(), too_short), segments.end());
-  if (segments.size() > static_cast<std::size_t>(options_.max_segments)) {
-    segments.resize(static_cast<std::size_t>(options_.max_segments));
-  }
-  for (LineSegment& s : segments) {
+  std::vector<LineSegment> kept;
+  for (LineSegment& s : join_segments(pieces, options_.joiner)) {
+    if (s.length() < options_.min_length || kept.size() == static_cast<std::size_t>(options_.max_segments))
+      break;
+    s.contrast = contrast(pyramid[static_cast<std::size_t>(s.octave)], s);
+    if (s.contrast <= 0.0F || s.contrast < options_.min_contrast) continue;
     s.start_pixel = camera_.distort(s.start.cast<double>()).cast<float>();
     s.end_pixel = camera_.distort(s.end.cast<double>()).cast<float>();
+    kept.push_back(s);
   }
-  return segments;
+  return kept;
 }
 
 }  // namespace ipl_slam

@@ -35,8 +35,8 @@ bool same_line(const LineSegment& a, const LineSegment& b) {
   return near(a, b) || near(b, a);
 }
 
-/// Marks, of the candidates of one segment, those that may win: the closest, and pieces of the same line,
-/// unless another line comes too near to it. `other` gives the segment at the other side of a candidate.
+/// Whether no other line among the rivals looks nearly as much like it as `best`. `other` gives the segment a
+/// candidate leads to.
 template <class Other>
 bool unambiguous(std::span<const Candidate> rivals, const Candidate& best, double ratio, Other&& other) {
   if (ratio >= 1.0) return true;

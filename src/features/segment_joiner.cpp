@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 #include <Eigen/Core>
@@ -12,13 +11,17 @@
 namespace ipl_slam {
 namespace {
 
+using Eigen::Vector2d;
+
+constexpr double kDuplicateOverlap = 0.5;  // of its length
+
 // A line through `point` along the unit vector `direction`.
 struct Axis {
-  Eigen::Vector2d point, direction;
+  Vector2d point, direction;
 
-  [[nodiscard]] double along(const Eigen::Vector2d& p) const { return direction.dot(p - point); }
-  [[nodiscard]] double offset(const Eigen::Vector2d& p) const {
-    const Eigen::Vector2d d = p - point;
+  [[nodiscard]] double along(const Vector2d& p) const { return direction.dot(p - point); }
+  [[nodiscard]] double offset(const Vector2d& p) const {
+    const Vector2d d = p - point;
     return std::abs(direction.x() * d.y() - direction.y() * d.x());
   }
 };
@@ -28,22 +31,25 @@ struct Axis {
 class Edge {
  public:
   explicit Edge(const LineSegment& s)
-      : start_(s.start.cast<double>()),
-        end_(s.end.cast<double>()),
+      : axis_{s.start.cast<double>(), (s.end - s.start).cast<double>().normalized()},
+        length_((s.end - s.start).cast<double>().norm()),
         octave_(s.octave),
-        contrast_times_length_(s.contrast * (end_ - start_).norm()),
-        length_sum_((end_ - start_).norm()) {
-    mass_ = std::ldexp(length_sum_, -2 * s.octave);
-    const Eigen::Vector2d middle = 0.5 * (start_ + end_), half = 0.5 * (end_ - start_);
+        coarsest_(s.octave),
+        mass_(std::ldexp(length_, -2 * s.octave)),
+        heaviest_(mass_),
+        points_{{start(), s.octave}, {end(), s.octave}} {
+    const Vector2d half = 0.5 * length_ * axis_.direction, middle = start() + half;
     first_ = mass_ * middle;
     second_ = mass_ * (middle * middle.transpose() + half * half.transpose() / 3.0);
-    points_ = {{start_, s.octave}, {end_, s.octave}};
   }
 
-  [[nodiscard]] Eigen::Vector2d start() const { return start_; }
-  [[nodiscard]] Eigen::Vector2d end() const { return end_; }
-  [[nodiscard]] double length() const { return (end_ - start_).norm(); }
-  [[nodiscard]] Eigen::Vector2d direction() const { return (end_ - start_).normalized(); }
+  [[nodiscard]] const Axis& axis() const { return axis_; }  // through the start, towards the end
+  [[nodiscard]] const Vector2d& start() const { return axis_.point; }
+  [[nodiscard]] Vector2d end() const { return axis_.point + length_ * axis_.direction; }
+  [[nodiscard]] Vector2d middle() const { return axis_.point + 0.5 * length_ * axis_.direction; }
+  [[nodiscard]] double length() const { return length_; }
+  [[nodiscard]] int octave() const { return octave_; }
+  [[nodiscard]] int coarsest() const { return coarsest_; }
 
   // The two as one, whether or not they belong together.
   [[nodiscard]] Edge with(const Edge& other) const {
@@ -51,107 +57,133 @@ class Edge {
     sum.mass_ += other.mass_;
     sum.first_ += other.first_;
     sum.second_ += other.second_;
-    sum.octave_ = std::min(octave_, other.octave_);
-    sum.contrast_times_length_ += other.contrast_times_length_;
-    sum.length_sum_ += other.length_sum_;
+    if (other.heaviest_ > heaviest_) sum.octave_ = other.octave_;
+    sum.heaviest_ = std::max(heaviest_, other.heaviest_);
+    sum.coarsest_ = std::max(coarsest_, other.coarsest_);
     sum.points_.insert(sum.points_.end(), other.points_.begin(), other.points_.end());
-    sum.fit(direction());
+    sum.fit();
     return sum;
   }
 
   // Largest distance of a piece's end point from the edge, in pixels of the octave it was found on.
   [[nodiscard]] double spread() const {
-    const Axis axis{start_, direction()};
     double largest = 0.0;
     for (const auto& [point, octave] : points_) {
-      largest = std::max(largest, std::ldexp(axis.offset(point), -octave));
+      largest = std::max(largest, std::ldexp(axis_.offset(point), -octave));
     }
     return largest;
   }
 
   [[nodiscard]] LineSegment segment() const {
     LineSegment s;
-    s.start = start_.cast<float>();
-    s.end = end_.cast<float>();
-    s.contrast = static_cast<float>(contrast_times_length_ / length_sum_);
+    s.start = start().cast<float>();
+    s.end = end().cast<float>();
     s.octave = octave_;
     return s;
   }
 
  private:
   // The principal axis of the mass, cut to what the pieces span.
-  void fit(const Eigen::Vector2d& rough_direction) {
-    const Eigen::Vector2d mean = first_ / mass_;
+  void fit() {
+    const Vector2d mean = first_ / mass_;
     const Eigen::Matrix2d c = second_ / mass_ - mean * mean.transpose();
     const double angle = 0.5 * std::atan2(2.0 * c(0, 1), c(0, 0) - c(1, 1));
     Axis axis{mean, {std::cos(angle), std::sin(angle)}};
-    if (axis.direction.dot(rough_direction) < 0.0) axis.direction = -axis.direction;
+    if (axis.direction.dot(axis_.direction) < 0.0) axis.direction = -axis.direction;
     double low = INFINITY, high = -INFINITY;
     for (const auto& [point, octave] : points_) {
       low = std::min(low, axis.along(point));
       high = std::max(high, axis.along(point));
     }
-    start_ = axis.point + low * axis.direction;
-    end_ = axis.point + high * axis.direction;
+    axis_ = {axis.point + low * axis.direction, axis.direction};
+    length_ = high - low;
   }
 
-  Eigen::Vector2d start_, end_;
-  int octave_;
-  double contrast_times_length_, length_sum_;
-  double mass_ = 0.0;
-  Eigen::Vector2d first_;
+  Axis axis_;
+  double length_;
+  int octave_, coarsest_;   // of the heaviest and of the coarsest piece
+  double mass_, heaviest_;  // of all pieces and of the heaviest
+  Vector2d first_;          // moments of the mass
   Eigen::Matrix2d second_;
-  std::vector<std::pair<Eigen::Vector2d, int>> points_;  // end points of the pieces and their octaves
+  std::vector<std::pair<Vector2d, int>> points_;  // end points of the pieces and their octaves
 };
 
 // Space between the two along `a`; negative where they overlap.
 double gap_between(const Edge& a, const Edge& b) {
-  const Axis axis{a.start(), a.direction()};
-  return std::max(axis.along(b.start()) - a.length(), -axis.along(b.end()));
+  return std::max(a.axis().along(b.start()) - a.length(), -a.axis().along(b.end()));
 }
 
-// The two as one, where they are pieces of one edge.
-std::optional<Edge> joined(const Edge& a, const Edge& b, const SegmentJoinerOptions& options) {
-  const double max_angle = options.max_angle * std::numbers::pi / 180.0;
-  if (a.direction().dot(b.direction()) < std::cos(max_angle)) return std::nullopt;
-  const double gap = gap_between(a, b);
-  if (gap > std::min(options.max_gap, options.max_gap_ratio * std::min(a.length(), b.length()))) {
-    return std::nullopt;
-  }
-  Edge both = a.with(b);
-  if (both.spread() > options.max_offset) return std::nullopt;
-  return both;
+// Whether b, the shorter one, is worth a closer look. If all end points lie within max_offset of one line,
+// and the gap is less than b's length, then b's middle lies within five times that of a's axis.
+bool in_reach(const Edge& a, const Edge& b, double min_cosine, const SegmentJoinerOptions& options) {
+  if (a.axis().direction.dot(b.axis().direction) < min_cosine) return false;
+  const double reach = std::ldexp(5.0 * options.max_offset, std::max(a.coarsest(), b.coarsest()));
+  if (a.axis().offset(b.middle()) > reach) return false;
+  const double shorter = std::min(a.length(), b.length());
+  return gap_between(a, b) <= std::min(options.max_gap, options.max_gap_ratio * shorter);
 }
 
-bool comes_first(const Edge& a, const Edge& b) {
+// Whether b was found along a.
+bool duplicates(const Edge& a, const Edge& b, const SegmentJoinerOptions& options) {
+  if (a.axis().direction.dot(b.axis().direction) <= 0.0) return false;
+  const double reach = std::ldexp(options.duplicate_offset, std::max(a.coarsest(), b.coarsest()));
+  if (a.axis().offset(b.start()) > reach || a.axis().offset(b.end()) > reach) return false;
+  const double overlap =
+      std::min(a.axis().along(b.end()), a.length()) - std::max(a.axis().along(b.start()), 0.0);
+  return overlap >= kDuplicateOverlap * b.length();
+}
+
+bool longer(const Edge& a, const Edge& b) {
   return a.length() > b.length();
+}
+bool finer(const Edge& a, const Edge& b) {
+  return a.octave() < b.octave();
+}
+
+std::vector<Edge> join(std::vector<Edge> pieces, const SegmentJoinerOptions& options) {
+  const double min_cosine = std::cos(options.max_angle * std::numbers::pi / 180.0);
+  std::stable_sort(pieces.begin(), pieces.end(), longer);
+  std::vector<Edge> edges;
+  std::vector<bool> used(pieces.size(), false);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (used[i]) continue;
+    Edge edge = std::move(pieces[i]);
+    for (std::size_t j = i + 1; j < pieces.size(); ++j) {
+      if (used[j] || !in_reach(edge, pieces[j], min_cosine, options)) continue;
+      Edge both = edge.with(pieces[j]);
+      if (both.spread() > options.max_offset) continue;
+      edge = std::move(both);
+      used[j] = true;
+      j = i;  // what was too far away may be in reach now
+    }
+    edges.push_back(std::move(edge));
+  }
+  return edges;
+}
+
+// Of edges found twice the finer one stays, on the same octave the longer one.
+std::vector<Edge> without_duplicates(std::vector<Edge> edges, const SegmentJoinerOptions& options) {
+  std::stable_sort(edges.begin(), edges.end(), longer);
+  std::stable_sort(edges.begin(), edges.end(), finer);
+  std::vector<Edge> kept;
+  for (Edge& edge : edges) {
+    const auto duplicates_edge = [&](const Edge& k) { return duplicates(k, edge, options); };
+    if (std::none_of(kept.begin(), kept.end(), duplicates_edge)) kept.push_back(std::move(edge));
+  }
+  return kept;
 }
 
 }  // namespace
 
-std::vector<LineSegment> join_segments(std::vector<LineSegment> segments,
+std::vector<LineSegment> join_segments(std::span<const LineSegment> segments,
                                        const SegmentJoinerOptions& options) {
-  std::vector<Edge> open;
-  for (const LineSegment& s : segments) open.emplace_back(s);
-  std::stable_sort(open.begin(), open.end(), comes_first);
-  std::vector<Edge> done;
-  std::vector<bool> used(open.size(), false);
-  for (std::size_t i = 0; i < open.size(); ++i) {
-    if (used[i]) continue;
-    Edge edge = open[i];
-    for (std::size_t j = i + 1; j < open.size(); ++j) {
-      if (used[j]) continue;
-      if (std::optional<Edge> both = joined(edge, open[j], options)) {
-        edge = *std::move(both);
-        used[j] = true;
-        j = i;  // what was too far away may be in reach now
-      }
-    }
-    done.push_back(std::move(edge));
-  }
-  std::stable_sort(done.begin(), done.end(), comes_first);
+  const std::vector<Edge> pieces(segments.begin(), segments.end());
   std::vector<LineSegment> result;
-  for (const Edge& edge : done) result.push_back(edge.segment());
+  for (const Edge& edge : without_duplicates(join(pieces, options), options)) {
+    result.push_back(edge.segment());
+  }
+  std::stable_sort(result.begin(), result.end(),
+                   [](const LineSegment& a, const LineSegment& b) { return a.length() > b.length(); });
   return result;
 }
 

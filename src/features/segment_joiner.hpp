@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "common/options.hpp"
@@ -9,10 +10,11 @@ namespace ipl_slam {
 
 /// Settings of the joiner. Offsets are meant at full size; on coarser octaves they grow with the pixel.
 struct SegmentJoinerOptions {
-  double max_angle = 3.0;      ///< degrees
-  double max_offset = 1.0;     ///< pixels
-  double max_gap_ratio = 0.3;  ///< of the length of the shorter piece
-  double max_gap = 20.0;       ///< pixels
+  double max_angle = 3.0;         ///< degrees
+  double max_offset = 1.0;        ///< pixels
+  double max_gap_ratio = 0.3;     ///< of the length of the shorter piece
+  double max_gap = 20.0;          ///< pixels
+  double duplicate_offset = 2.0;  ///< pixels
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -22,15 +24,18 @@ struct SegmentJoinerOptions {
     v.number("max_gap_ratio", max_gap_ratio,
              {0.0, 1.0, "ratio", "gap between two pieces, by the length of the shorter one"});
     v.number("max_gap", max_gap, {0.0, 200.0, "px", "gap between two pieces"});
+    v.number("duplicate_offset", duplicate_offset,
+             {0.0, 10.0, "px", "a segment this close along another is the same edge found twice"});
   }
 };
 
 /// Joins pieces of one straight edge: same direction (thus same bright side), on one line, overlapping or a
-/// small gap apart. Works on the undistorted end points `start` and `end`, where straight edges of the world
-/// are straight; `start_pixel` and `end_pixel` of joined segments are not brought up to date. A segment that
-/// was found again on a coarser octave is a piece of the same edge too; its position weighs less. The result
-/// runs longest first and does not depend on the order of the input, except among equally long segments.
-[[nodiscard]] std::vector<LineSegment> join_segments(std::vector<LineSegment> segments,
+/// small gap apart. Reads and gives `start`, `end` (undistorted: there straight edges of the world are
+/// straight) and `octave`, that of the piece that weighs most, and nothing else. An edge that was found again
+/// on a coarser octave is a piece too; its position weighs less. What still lies along another segment after
+/// that is dropped, unless it is finer. Longest first. The order of the input matters only among pieces of
+/// equal length.
+[[nodiscard]] std::vector<LineSegment> join_segments(std::span<const LineSegment> segments,
                                                      const SegmentJoinerOptions& options);
 
 }  // namespace ipl_slam

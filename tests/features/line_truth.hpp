@@ -11,17 +11,18 @@
 #include <opencv2/core.hpp>
 
 #include "features/line_features.hpp"
+#include "features/matcher.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/line3.hpp"
 #include "geometry/se3.hpp"
+#include "tracking/pose_optimizer.hpp"
 
 namespace ipl_slam::testing {
 
-/// Lines of one view with what is truly known about it.
+/// Lines of one view and the depth around them.
 struct LineView {
   LineFeatures lines;
   cv::Mat depth;  ///< CV_32FC1, metres, 0 = not known
-  SE3 T_wc;
 };
 
 /// End points of a piece of a line.
@@ -74,19 +75,35 @@ inline std::optional<Piece<Eigen::Vector3d>> in_space(const LineView& view, cons
   return Piece<Eigen::Vector3d>{camera.unproject(start, 1.0 / w_start), camera.unproject(end, 1.0 / w_end)};
 }
 
-/// Where the segment of `a` shows in `b`, undistorted pixels.
-inline std::optional<Piece<Eigen::Vector2d>> carried(const LineView& a, const LineView& b,
-                                                     const Camera& camera, std::size_t index) {
+/// The motion between two views of a recording, T_ba. Motion capture is stamped some milliseconds off the
+/// images, which at the speed of a hand is several pixels; matches of points, of which lines know nothing,
+/// take that out.
+inline SE3 refined_motion(const Features& a, const Features& b, const Camera& camera, const SE3& T_ba) {
+  std::vector<PointMatch> matches;
+  for (const auto& [i, j] : match_brute_force(a, b, MatchOptions{})) {
+    const Keypoint& from = a.keypoints[static_cast<std::size_t>(i)];
+    if (from.depth <= 0.0F) continue;
+    PointMatch match;
+    match.point_w = camera.unproject(from.undistorted.cast<double>(), from.depth);
+    match.uv = b.keypoints[static_cast<std::size_t>(j)].undistorted.cast<double>();
+    if ((camera.project(T_ba * match.point_w) - match.uv).norm() < 20.0) matches.push_back(match);
+  }
+  const PoseEstimate estimate = PoseOptimizer(camera, {}, {}).optimize(T_ba, matches);
+  return estimate.inliers >= 30 ? estimate.T_cw : T_ba;
+}
+
+/// Where the segment of `a` shows in another view, undistorted pixels.
+inline std::optional<Piece<Eigen::Vector2d>> carried(const LineView& a, const Camera& camera, const SE3& T_ba,
+                                                     std::size_t index) {
   const auto piece = in_space(a, camera, index);
   if (!piece) return std::nullopt;
-  const SE3 T_ba = b.T_wc.inverse() * a.T_wc;
   const Eigen::Vector3d start = T_ba * piece->start, end = T_ba * piece->end;
   if (start.z() < 0.1 || end.z() < 0.1) return std::nullopt;
   return Piece<Eigen::Vector2d>{camera.project(start), camera.project(end)};
 }
 
-/// Whether the segment is what was carried: same direction, a quarter of the shorter of the two in common, and
-/// the ends of the shorter within `tolerance` pixels of the line of the longer.
+/// Whether the segment is what was carried: same direction, a quarter of the shorter of the two in common,
+/// and the ends of the shorter within `tolerance` pixels of the line of the longer.
 inline bool is_same(const Piece<Eigen::Vector2d>& carried, const LineSegment& segment, double tolerance) {
   Piece<Eigen::Vector2d> shorter = carried, longer{segment.start.cast<double>(), segment.end.cast<double>()};
   const double carried_length = (carried.end - carried.start).norm();
@@ -96,7 +113,8 @@ inline bool is_same(const Piece<Eigen::Vector2d>& carried, const LineSegment& se
   if (!line) return false;
   const double length = std::max(carried_length, own_length);
   const Eigen::Vector2d direction = (longer.end - longer.start) / length;
-  const double from = direction.dot(shorter.start - longer.start), to = direction.dot(shorter.end - longer.start);
+  const double from = direction.dot(shorter.start - longer.start),
+               to = direction.dot(shorter.end - longer.start);
   const double overlap = std::min(to, length) - std::max(from, 0.0);
   return to > from && overlap >= 0.25 * (shorter.end - shorter.start).norm() &&
          std::abs(signed_distance(*line, shorter.start)) <= tolerance &&
@@ -112,12 +130,12 @@ struct MatchScore {
   [[nodiscard]] double recall() const { return there == 0 ? 0.0 : static_cast<double>(found) / there; }
 };
 
-inline void add_score(const LineView& a, const LineView& b, const Camera& camera, double tolerance,
-                      const std::vector<std::pair<int, int>>& matches, MatchScore& score) {
+inline void add_score(const LineView& a, const LineView& b, const Camera& camera, const SE3& T_ba,
+                      double tolerance, const std::vector<std::pair<int, int>>& matches, MatchScore& score) {
   std::vector<int> match_of(a.lines.size(), -1);
   for (const auto& [i, j] : matches) match_of[static_cast<std::size_t>(i)] = j;
   for (std::size_t i = 0; i < a.lines.size(); ++i) {
-    const auto piece = carried(a, b, camera, i);
+    const auto piece = carried(a, camera, T_ba, i);
     if (!piece) continue;
     const auto right = [&](const LineSegment& s) { return is_same(*piece, s, tolerance); };
     const int j = match_of[i];
