@@ -98,6 +98,7 @@ struct TrackingResult {
   bool keyframe = false;  ///< whether the frame was taken into the map
   std::vector<SeenInstance> instances;  ///< who is in the picture
   int mask_age = -1;  ///< frames since the picture their masks were made from; -1 = there are no masks yet
+  int lines = 0;      ///< map lines that the pose rests on
 };
 
 /// One camera's SLAM. Frames are worked off in the order they come, each within process(), so that the same

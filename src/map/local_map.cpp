@@ -58,28 +58,42 @@ int LocalMap::find_point(PointId id) const {
 
 LocalMap build_local_map(const Map& map, KeyframeId centre, const LocalMapOptions& options) {
   LocalMap local;
-  std::vector<std::uint8_t> wanted(map.points().ids_used(), 0);
   for (const KeyframeId id : choose_keyframes(map, centre, options)) {
     const Keyframe& keyframe = map.keyframes()[id];
-    local.keyframes.push_back({id, keyframe.T_cw, keyframe.frame, {}});
-    for (const PointId point : keyframe.points) {
-      if (point.valid()) wanted[point.value] = 1;
-    }
+    local.keyframes.push_back({id, keyframe.T_cw, keyframe.frame, {}, {}});
   }
 
-  std::vector<std::uint32_t> index(wanted.size(), 0);
-  for (std::uint32_t i = 0; i < wanted.size(); ++i) {
-    if (!wanted[i]) continue;
-    index[i] = static_cast<std::uint32_t>(local.points.size());
+  // Takes over the landmarks of one kind that these keyframes see; `add` copies one to the end of its list.
+  const auto collect = [&](auto seen_by, auto indices_of, std::size_t ids_used, auto add) {
+    std::vector<std::uint8_t> wanted(ids_used, 0);
+    for (const LocalKeyframe& keyframe : local.keyframes) {
+      for (const auto landmark : map.keyframes()[keyframe.id].*seen_by) {
+        if (landmark.valid()) wanted[landmark.value] = 1;
+      }
+    }
+    std::vector<std::uint32_t> index(ids_used, 0);
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < ids_used; ++i) {
+      if (!wanted[i]) continue;
+      index[i] = count++;
+      add(i);
+    }
+    for (LocalKeyframe& keyframe : local.keyframes) {
+      for (const auto landmark : map.keyframes()[keyframe.id].*seen_by) {
+        if (landmark.valid()) (keyframe.*indices_of).push_back(index[landmark.value]);
+      }
+    }
+  };
+  collect(&Keyframe::points, &LocalKeyframe::points, map.points().ids_used(), [&](std::uint32_t i) {
     const Point& p = map.points()[PointId{i}];
     local.points.push_back({PointId{i}, p.position, p.normal, p.min_distance, p.max_distance, p.descriptor,
                             static_cast<int>(p.observations.size())});
-  }
-  for (LocalKeyframe& keyframe : local.keyframes) {
-    for (const PointId point : map.keyframes()[keyframe.id].points) {
-      if (point.valid()) keyframe.points.push_back(index[point.value]);
-    }
-  }
+  });
+  collect(&Keyframe::lines, &LocalKeyframe::lines, map.lines().ids_used(), [&](std::uint32_t i) {
+    const Line& l = map.lines()[LineId{i}];
+    local.lines.push_back(
+        {LineId{i}, l.line, l.start, l.end, l.contrast, static_cast<int>(l.observations.size())});
+  });
   return local;
 }
 

@@ -18,12 +18,12 @@ struct LocalMapOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.number("max_keyframes", max_keyframes,
-             {2, 1000, "count", "keyframes whose points the tracker searches for"});
+             {2, 1000, "count", "keyframes whose landmarks the tracker searches for"});
     v.number("neighbours", neighbours,
              {0, 100, "count", "best covisible keyframes whose own neighbours are added"});
     v.number("nearby_distance", nearby_distance,
              {0.0, 100.0, "m",
-              "keyframes this near that look the same way are added even if they share no point"});
+              "keyframes this near that look the same way are added even if they share no landmark"});
   }
 };
 
@@ -37,12 +37,22 @@ struct LocalPoint {
   int observations;  ///< keyframes that see it
 };
 
+/// What the tracker needs to know of a line landmark.
+struct LocalLine {
+  LineId id;
+  Line3 line;                  ///< world
+  Eigen::Vector3d start, end;  ///< of what has been seen of it, world, m
+  float contrast;              ///< mean step of the grey value across it
+  int observations;            ///< keyframes that see it
+};
+
 /// What the tracker needs to know of a keyframe.
 struct LocalKeyframe {
   KeyframeId id;
   SE3 T_cw;
   std::shared_ptr<const Frame> frame;
   std::vector<std::uint32_t> points;  ///< indices into LocalMap::points of the points it sees
+  std::vector<std::uint32_t> lines;   ///< indices into LocalMap::lines of the lines it sees
 };
 
 /// Immutable copy of the part of the map around the newest keyframe. The mapper publishes one after each
@@ -50,6 +60,7 @@ struct LocalKeyframe {
 struct LocalMap {
   std::vector<LocalKeyframe> keyframes;  ///< in order of id; the last is the newest of the map
   std::vector<LocalPoint> points;        ///< in order of id
+  std::vector<LocalLine> lines;          ///< in order of id
 
   /// Null when the keyframe is not part of the local map.
   [[nodiscard]] const LocalKeyframe* find_keyframe(KeyframeId id) const;
@@ -57,8 +68,8 @@ struct LocalMap {
   [[nodiscard]] int find_point(PointId id) const;
 };
 
-/// The keyframes that share points with `centre`, the best of these keyframes' own neighbours, the keyframes
-/// nearby, and all points they see.
+/// The keyframes that share landmarks with `centre`, the best of these keyframes' own neighbours, the
+/// keyframes nearby, and all landmarks they see.
 [[nodiscard]] LocalMap build_local_map(const Map& map, KeyframeId centre, const LocalMapOptions& options);
 
 }  // namespace ipl_slam

@@ -27,9 +27,13 @@ std::size_t most_typical(const std::vector<Descriptor>& descriptors) {
 
 }  // namespace
 
-KeyframeId Map::add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw) {
+KeyframeId Map::add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw,
+                             std::shared_ptr<const LineFeatures> line_features) {
+  if (!line_features) line_features = std::make_shared<const LineFeatures>();
   std::vector<PointId> points(frame->features.size());
-  newest_ = keyframes_.insert({T_cw, std::move(frame), std::move(points)});
+  std::vector<LineId> lines(line_features->size());
+  newest_ = keyframes_.insert(
+      {T_cw, std::move(frame), std::move(line_features), std::move(points), std::move(lines)});
   return newest_;
 }
 
@@ -41,63 +45,92 @@ void Map::remove_keyframe(KeyframeId id) {
   removed_.insert(std::lower_bound(removed_.begin(), removed_.end(), id,
                                    [](const RemovedKeyframe& r, KeyframeId i) { return r.id < i; }),
                   removed);
-  const std::vector<PointId> points = keyframes_[id].points;
-  for (const PointId point : points) {
-    if (point.valid()) remove_observation(point, id);
-  }
+  const auto forget = [&](const auto& landmarks) {
+    for (const auto landmark : landmarks) {
+      if (landmark.valid()) remove_observation(landmark, id);
+    }
+  };
+  forget(std::vector(keyframes_[id].points));
+  forget(std::vector(keyframes_[id].lines));
   keyframes_.erase(id);
 }
 
-PointId Map::add_point(const Eigen::Vector3d& position_w, KeyframeId keyframe, std::uint32_t keypoint) {
-  assert(!keyframes_[keyframe].points[keypoint].valid());
-  Point point;
-  point.position = position_w;
-  point.first_keyframe = newest_;
-  const PointId id = points_.insert(std::move(point));
-  became_.push_back(id);
-  add_observation(id, keyframe, keypoint);
+template <class LandmarkId, class Landmark>
+LandmarkId Map::insert(Landmark landmark, KeyframeId keyframe, std::uint32_t feature) {
+  assert(!slot(keyframe, feature, LandmarkId{}).valid());
+  landmark.first_keyframe = newest_;
+  const LandmarkId id = store(LandmarkId{}).insert(std::move(landmark));
+  became(id).push_back(id);
+  add_observation(id, keyframe, feature);
   refresh(id);
   return id;
 }
 
-void Map::remove_point(PointId id) {
-  for (const PointObservation& o : points_[id].observations)
-    keyframes_[o.keyframe].points[o.keypoint] = PointId{};
-  points_.erase(id);
-  became_[id.value] = PointId{};
+PointId Map::add_point(const Eigen::Vector3d& position_w, KeyframeId keyframe, std::uint32_t keypoint) {
+  Point point;
+  point.position = position_w;
+  return insert<PointId>(std::move(point), keyframe, keypoint);
 }
 
-void Map::count_sightings(PointId id, int visible, int found) {
-  points_[id].visible += visible;
-  points_[id].found += found;
+LineId Map::add_line(const Line3& line_w, const Eigen::Vector3d& start_w, const Eigen::Vector3d& end_w,
+                     KeyframeId keyframe, std::uint32_t segment) {
+  Line line;
+  line.line = line_w;
+  line.start = start_w;
+  line.end = end_w;
+  return insert<LineId>(std::move(line), keyframe, segment);
 }
 
-void Map::add_observation(PointId id, KeyframeId keyframe, std::uint32_t keypoint) {
-  PointId& slot = keyframes_[keyframe].points[keypoint];
-  auto& observations = points_[id].observations;
+void Map::set_line(LineId id, const Line3& line_w, const Eigen::Vector3d& start_w,
+                   const Eigen::Vector3d& end_w) {
+  Line& line = lines_[id];
+  line.line = line_w;
+  line.start = start_w;
+  line.end = end_w;
+}
+
+template <class LandmarkId>
+void Map::remove(LandmarkId id) {
+  for (const Observation& o : store(id)[id].observations) slot(o.keyframe, o.feature, id) = LandmarkId{};
+  store(id).erase(id);
+  became(id)[id.value] = LandmarkId{};
+}
+
+template <class LandmarkId>
+void Map::count_sightings(LandmarkId id, int visible, int found) {
+  store(id)[id].visible += visible;
+  store(id)[id].found += found;
+}
+
+template <class LandmarkId>
+void Map::add_observation(LandmarkId id, KeyframeId keyframe, std::uint32_t feature) {
+  LandmarkId& owner = slot(keyframe, feature, id);
+  auto& observations = store(id)[id].observations;
   const auto at = std::lower_bound(observations.begin(), observations.end(), keyframe,
-                                   [](const PointObservation& o, KeyframeId k) { return o.keyframe < k; });
-  if (slot.valid() || (at != observations.end() && at->keyframe == keyframe)) return;
-  slot = id;
-  observations.insert(at, {keyframe, keypoint});
+                                   [](const Observation& o, KeyframeId k) { return o.keyframe < k; });
+  if (owner.valid() || (at != observations.end() && at->keyframe == keyframe)) return;
+  owner = id;
+  observations.insert(at, {keyframe, feature});
 }
 
-void Map::remove_observation(PointId id, KeyframeId keyframe) {
-  auto& observations = points_[id].observations;
+template <class LandmarkId>
+void Map::remove_observation(LandmarkId id, KeyframeId keyframe) {
+  auto& observations = store(id)[id].observations;
   const auto at = std::find_if(observations.begin(), observations.end(),
-                               [&](const PointObservation& o) { return o.keyframe == keyframe; });
+                               [&](const Observation& o) { return o.keyframe == keyframe; });
   if (at == observations.end()) return;
-  keyframes_[keyframe].points[at->keypoint] = PointId{};
+  slot(keyframe, at->feature, id) = LandmarkId{};
   observations.erase(at);
-  if (observations.empty()) remove_point(id);
+  if (observations.empty()) remove(id);
 }
 
-void Map::fuse(PointId kept, PointId gone) {
+template <class LandmarkId>
+void Map::fuse(LandmarkId kept, LandmarkId gone) {
   if (kept == gone) return;
-  const Point old = points_[gone];
-  remove_point(gone);
-  became_[gone.value] = kept;
-  for (const PointObservation& o : old.observations) add_observation(kept, o.keyframe, o.keypoint);
+  const auto old = store(gone)[gone];
+  remove(gone);
+  became(gone)[gone.value] = kept;
+  for (const Observation& o : old.observations) add_observation(kept, o.keyframe, o.feature);
   count_sightings(kept, old.visible, old.found);
   refresh(kept);
 }
@@ -107,14 +140,14 @@ void Map::refresh(PointId id) {
   std::vector<Descriptor> descriptors;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
   double max_distance = 0.0;
-  for (const PointObservation& o : point.observations) {
+  for (const Observation& o : point.observations) {
     const Keyframe& keyframe = keyframes_[o.keyframe];
     const Eigen::Vector3d ray = point.position - keyframe.T_cw.inverse().translation();
     const double distance = ray.norm();
     direction += ray / std::max(distance, 1e-9);
-    descriptors.push_back(keyframe.frame->features.descriptors[o.keypoint]);
+    descriptors.push_back(keyframe.frame->features.descriptors[o.feature]);
     // Each sight tells at what distance the patch would lie on level 0.
-    max_distance += distance * pyramid_.scale(keyframe.frame->features.keypoints[o.keypoint].level);
+    max_distance += distance * pyramid_.scale(keyframe.frame->features.keypoints[o.feature].level);
   }
   point.descriptor = descriptors[most_typical(descriptors)];
   point.normal = direction.normalized();
@@ -122,8 +155,22 @@ void Map::refresh(PointId id) {
   point.min_distance = point.max_distance / pyramid_.scale(pyramid_.levels() - 1);
 }
 
-PointId Map::resolve(PointId id) const {
-  while (id.valid() && became_[id.value] != id) id = became_[id.value];
+void Map::refresh(LineId id) {
+  Line& line = lines_[id];
+  std::vector<Descriptor> descriptors;
+  float contrast = 0.0F;
+  for (const Observation& o : line.observations) {
+    const LineFeatures& features = *keyframes_[o.keyframe].line_features;
+    descriptors.push_back(features.descriptors[o.feature]);
+    contrast += features.segments[o.feature].contrast;
+  }
+  line.descriptor = descriptors[most_typical(descriptors)];
+  line.contrast = contrast / static_cast<float>(line.observations.size());
+}
+
+template <class LandmarkId>
+LandmarkId Map::resolve(LandmarkId id) const {
+  while (id.valid() && became(id)[id.value] != id) id = became(id)[id.value];
   return id;
 }
 
@@ -140,10 +187,14 @@ SE3 Map::pose_of(KeyframeId id) const {
 
 std::vector<Covisible> Map::covisible(KeyframeId id) const {
   std::vector<int> shared(keyframes_.ids_used(), 0);
-  for (const PointId point : keyframes_[id].points) {
-    if (!point.valid()) continue;
-    for (const PointObservation& o : points_[point].observations) ++shared[o.keyframe.value];
-  }
+  const auto count = [&](const auto& landmarks) {
+    for (const auto landmark : landmarks) {
+      if (!landmark.valid()) continue;
+      for (const Observation& o : store(landmark)[landmark].observations) ++shared[o.keyframe.value];
+    }
+  };
+  count(keyframes_[id].points);
+  count(keyframes_[id].lines);
   shared[id.value] = 0;
   std::vector<Covisible> result;
   for (std::uint32_t i = 0; i < shared.size(); ++i) {
@@ -154,11 +205,27 @@ std::vector<Covisible> Map::covisible(KeyframeId id) const {
   return result;
 }
 
-bool Map::observes(KeyframeId keyframe, PointId id) const {
-  const auto& observations = points_[id].observations;
+template <class LandmarkId>
+bool Map::observes(KeyframeId keyframe, LandmarkId id) const {
+  const auto& observations = store(id)[id].observations;
   return std::binary_search(
-      observations.begin(), observations.end(), PointObservation{keyframe, 0},
-      [](const PointObservation& a, const PointObservation& b) { return a.keyframe < b.keyframe; });
+      observations.begin(), observations.end(), Observation{keyframe, 0},
+      [](const Observation& a, const Observation& b) { return a.keyframe < b.keyframe; });
 }
+
+template void Map::remove(PointId);
+template void Map::remove(LineId);
+template void Map::count_sightings(PointId, int, int);
+template void Map::count_sightings(LineId, int, int);
+template void Map::add_observation(PointId, KeyframeId, std::uint32_t);
+template void Map::add_observation(LineId, KeyframeId, std::uint32_t);
+template void Map::remove_observation(PointId, KeyframeId);
+template void Map::remove_observation(LineId, KeyframeId);
+template void Map::fuse(PointId, PointId);
+template void Map::fuse(LineId, LineId);
+template PointId Map::resolve(PointId) const;
+template LineId Map::resolve(LineId) const;
+template bool Map::observes(KeyframeId, PointId) const;
+template bool Map::observes(KeyframeId, LineId) const;
 
 }  // namespace ipl_slam

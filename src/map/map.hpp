@@ -7,7 +7,9 @@
 
 #include "common/ids.hpp"
 #include "features/frame.hpp"
+#include "features/line_features.hpp"
 #include "features/scale_pyramid.hpp"
+#include "geometry/line3.hpp"
 #include "geometry/se3.hpp"
 #include "map/store.hpp"
 
@@ -17,13 +19,15 @@ namespace ipl_slam {
 struct Keyframe {
   SE3 T_cw;
   std::shared_ptr<const Frame> frame;
-  std::vector<PointId> points;  ///< per keypoint; invalid = none
+  std::shared_ptr<const LineFeatures> line_features;  ///< never null, empty where no lines were looked for
+  std::vector<PointId> points;                        ///< per keypoint; invalid = none
+  std::vector<LineId> lines;                          ///< per segment; invalid = none
 };
 
-/// One sight of a point landmark.
-struct PointObservation {
+/// One sight of a landmark.
+struct Observation {
   KeyframeId keyframe;
-  std::uint32_t keypoint = 0;
+  std::uint32_t feature = 0;  ///< of the keyframe: a keypoint for a point, a segment for a line
 };
 
 /// A point landmark. Everything below `observations` is derived from them by Map::refresh.
@@ -32,7 +36,7 @@ struct Point {
   KeyframeId first_keyframe;                           ///< the newest keyframe when it was made
   int visible = 1;                                     ///< frames that should have seen it
   int found = 1;                                       ///< frames that did
-  std::vector<PointObservation> observations;          ///< in order of keyframe
+  std::vector<Observation> observations;               ///< in order of keyframe
 
   Descriptor descriptor{};  ///< the observed one with the least median distance to the others
   Eigen::Vector3d normal =
@@ -40,52 +44,84 @@ struct Point {
   double min_distance = 0.0, max_distance = 0.0;  ///< from where the pyramid can show it, m
 };
 
-/// A keyframe and how many points another one shares with it.
+/// A line landmark: an infinite line, and how much of it has been seen. Everything below `observations` is
+/// derived from them by Map::refresh.
+struct Line {
+  Line3 line;  ///< world
+  /// Ends of what has been seen, on the line; start -> end is its direction, with the brighter side on the
+  /// right (features/line_features.hpp). World, m.
+  Eigen::Vector3d start = Eigen::Vector3d::Zero(), end = Eigen::Vector3d::Zero();
+  KeyframeId first_keyframe;              ///< the newest keyframe when it was made
+  int visible = 1;                        ///< frames that should have seen it
+  int found = 1;                          ///< frames that did
+  std::vector<Observation> observations;  ///< in order of keyframe
+
+  Descriptor descriptor{};  ///< the observed one with the least median distance to the others
+  float contrast = 0.0F;    ///< mean step of the grey value across it
+};
+
+/// A keyframe and how many landmarks another one shares with it.
 struct Covisible {
   KeyframeId keyframe;
   int shared = 0;
 };
 
-/// The map: keyframes and point landmarks under ids. It belongs to one thread (the mapper's); trackers read
-/// LocalMap snapshots. Every change goes through the methods below, which keep the two directions of an
-/// observation together.
+/// The map: keyframes, point and line landmarks under ids. It belongs to one thread (the mapper's); trackers
+/// read LocalMap snapshots. Every change goes through the methods below, which keep the two directions of an
+/// observation together. Where a method takes a LandmarkId it takes a PointId or a LineId.
 class Map {
  public:
   explicit Map(const ScalePyramid& pyramid) : pyramid_(pyramid) {}
 
-  KeyframeId add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw);
-  /// Takes a keyframe out. Its pose stays known relative to `parent`, the keyframe that shares most points
+  /// `line_features` may be null: no lines were looked for.
+  KeyframeId add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw,
+                          std::shared_ptr<const LineFeatures> line_features = nullptr);
+  /// Takes a keyframe out. Its pose stays known relative to `parent`, the keyframe that shares most landmarks
   /// with it, or else the newest. The newest itself must stay: it is what the others hang on in the end.
   void remove_keyframe(KeyframeId id);
   void set_pose(KeyframeId id, const SE3& T_cw) { keyframes_[id].T_cw = T_cw; }
 
   /// A new point with its first observation, by a keypoint that must not belong to a point yet.
   PointId add_point(const Eigen::Vector3d& position_w, KeyframeId keyframe, std::uint32_t keypoint);
-  void remove_point(PointId id);
   void set_position(PointId id, const Eigen::Vector3d& position_w) { points_[id].position = position_w; }
-  /// Counts frames in which a point should have been and was seen.
-  void count_sightings(PointId id, int visible, int found);
+  /// A new line from start_w to end_w with its first observation, by a segment that must not belong to a line
+  /// yet.
+  LineId add_line(const Line3& line_w, const Eigen::Vector3d& start_w, const Eigen::Vector3d& end_w,
+                  KeyframeId keyframe, std::uint32_t segment);
+  void set_line(LineId id, const Line3& line_w, const Eigen::Vector3d& start_w, const Eigen::Vector3d& end_w);
 
-  /// Does nothing where the keyframe already sees the point, or the keypoint already belongs to one.
-  void add_observation(PointId id, KeyframeId keyframe, std::uint32_t keypoint);
-  /// Removes the point as well when it was the last observation.
-  void remove_observation(PointId id, KeyframeId keyframe);
-  /// Makes two points one: `gone` disappears, its observations go to `kept`, and resolve(gone) is `kept` from
-  /// now on.
-  void fuse(PointId kept, PointId gone);
-  /// Recomputes descriptor, normal and distance range from the observations.
+  template <class LandmarkId>
+  void remove(LandmarkId id);
+  /// Counts frames in which a landmark should have been and was seen.
+  template <class LandmarkId>
+  void count_sightings(LandmarkId id, int visible, int found);
+  /// Does nothing where the keyframe already sees the landmark, or the feature already belongs to one.
+  template <class LandmarkId>
+  void add_observation(LandmarkId id, KeyframeId keyframe, std::uint32_t feature);
+  /// Removes the landmark as well when it was the last observation.
+  template <class LandmarkId>
+  void remove_observation(LandmarkId id, KeyframeId keyframe);
+  /// Makes two landmarks one: `gone` disappears, its observations go to `kept`, and resolve(gone) is `kept`
+  /// from now on.
+  template <class LandmarkId>
+  void fuse(LandmarkId kept, LandmarkId gone);
+  /// Recomputes what is derived from the observations.
   void refresh(PointId id);
+  void refresh(LineId id);
 
-  /// The point that `id` has become through fusion; invalid when it is gone.
-  [[nodiscard]] PointId resolve(PointId id) const;
+  /// The landmark that `id` has become through fusion; invalid when it is gone.
+  template <class LandmarkId>
+  [[nodiscard]] LandmarkId resolve(LandmarkId id) const;
   /// T_cw of a keyframe that is, or once was, in the map.
   [[nodiscard]] SE3 pose_of(KeyframeId id) const;
-  /// Keyframes that share points with `id`, most shared first, then by id. Derived, never stored.
+  /// Keyframes that share landmarks with `id`, most shared first, then by id. Derived, never stored.
   [[nodiscard]] std::vector<Covisible> covisible(KeyframeId id) const;
-  [[nodiscard]] bool observes(KeyframeId keyframe, PointId id) const;
+  template <class LandmarkId>
+  [[nodiscard]] bool observes(KeyframeId keyframe, LandmarkId id) const;
 
   [[nodiscard]] const Store<KeyframeId, Keyframe>& keyframes() const { return keyframes_; }
   [[nodiscard]] const Store<PointId, Point>& points() const { return points_; }
+  [[nodiscard]] const Store<LineId, Line>& lines() const { return lines_; }
   [[nodiscard]] const ScalePyramid& pyramid() const { return pyramid_; }
   [[nodiscard]] KeyframeId newest_keyframe() const { return newest_; }
 
@@ -95,11 +131,31 @@ class Map {
     SE3 T_c_parent;
   };
 
+  // What tells points and lines apart: where they are stored, and where a keyframe keeps them.
+  Store<PointId, Point>& store(PointId) { return points_; }
+  Store<LineId, Line>& store(LineId) { return lines_; }
+  [[nodiscard]] const Store<PointId, Point>& store(PointId) const { return points_; }
+  [[nodiscard]] const Store<LineId, Line>& store(LineId) const { return lines_; }
+  std::vector<PointId>& became(PointId) { return became_point_; }
+  std::vector<LineId>& became(LineId) { return became_line_; }
+  [[nodiscard]] const std::vector<PointId>& became(PointId) const { return became_point_; }
+  [[nodiscard]] const std::vector<LineId>& became(LineId) const { return became_line_; }
+  PointId& slot(KeyframeId keyframe, std::uint32_t keypoint, PointId) {
+    return keyframes_[keyframe].points[keypoint];
+  }
+  LineId& slot(KeyframeId keyframe, std::uint32_t segment, LineId) {
+    return keyframes_[keyframe].lines[segment];
+  }
+  template <class LandmarkId, class Landmark>
+  LandmarkId insert(Landmark landmark, KeyframeId keyframe, std::uint32_t feature);
+
   ScalePyramid pyramid_;
   Store<KeyframeId, Keyframe> keyframes_;
   Store<PointId, Point> points_;
+  Store<LineId, Line> lines_;
   std::vector<RemovedKeyframe> removed_;  // in order of id
-  std::vector<PointId> became_;           // per point id: what it was fused into
+  std::vector<PointId> became_point_;     // per point id: what it was fused into
+  std::vector<LineId> became_line_;       // the same of lines
   KeyframeId newest_;
 };
 

@@ -3,47 +3,71 @@
 namespace ipl_slam {
 namespace {
 
-// Whether enough other keyframes see what this keypoint sees, at most one level of the pyramid coarser.
-bool seen_well_by_others(const Map& map, KeyframeId self, std::size_t keypoint, PointId id, int observers) {
-  const int level = map.keyframes()[self].frame->features.keypoints[keypoint].level;
+const Store<PointId, Point>& landmarks(const Map& map, PointId) {
+  return map.points();
+}
+const Store<LineId, Line>& landmarks(const Map& map, LineId) {
+  return map.lines();
+}
+
+// Size of the smallest detail the feature shows: pyramid level of a keypoint, octave of a segment.
+int coarseness(const Keyframe& keyframe, PointId, std::size_t keypoint) {
+  return keyframe.frame->features.keypoints[keypoint].level;
+}
+int coarseness(const Keyframe& keyframe, LineId, std::size_t segment) {
+  return keyframe.line_features->segments[segment].octave;
+}
+
+// Whether enough other keyframes see what this feature sees, at most one level or octave coarser.
+template <class LandmarkId>
+bool seen_well_by_others(const Map& map, KeyframeId self, std::size_t feature, LandmarkId id, int observers) {
+  const int own = coarseness(map.keyframes()[self], id, feature);
   int count = 0;
-  for (const PointObservation& o : map.points()[id].observations) {
+  for (const Observation& o : landmarks(map, id)[id].observations) {
     if (o.keyframe == self) continue;
-    count += map.keyframes()[o.keyframe].frame->features.keypoints[o.keypoint].level <= level + 1 ? 1 : 0;
+    count += coarseness(map.keyframes()[o.keyframe], id, o.feature) <= own + 1 ? 1 : 0;
     if (count >= observers) return true;
   }
   return false;
 }
 
 bool redundant(const Map& map, KeyframeId id, const CullingOptions& options) {
-  int points = 0, seen_well = 0;
-  const Keyframe& keyframe = map.keyframes()[id];
-  for (std::size_t k = 0; k < keyframe.points.size(); ++k) {
-    if (!keyframe.points[k].valid()) continue;
-    ++points;
-    seen_well += seen_well_by_others(map, id, k, keyframe.points[k], options.redundant_observers) ? 1 : 0;
-  }
-  return seen_well > options.redundant_share * points;
+  int all = 0, seen_well = 0;
+  const auto count = [&](const auto& owners) {
+    for (std::size_t f = 0; f < owners.size(); ++f) {
+      if (!owners[f].valid()) continue;
+      ++all;
+      seen_well += seen_well_by_others(map, id, f, owners[f], options.redundant_observers) ? 1 : 0;
+    }
+  };
+  count(map.keyframes()[id].points);
+  count(map.keyframes()[id].lines);
+  return seen_well > options.redundant_share * all;
 }
 
 }  // namespace
 
-void LandmarkCulling::cull(Map& map) {
-  std::vector<PointId> still_recent;
-  for (const PointId id : recent_) {
-    if (!map.points().contains(id)) continue;
-    const Point& point = map.points()[id];
-    const auto age = static_cast<int>(map.newest_keyframe().value - point.first_keyframe.value);
-    const bool rarely_found = point.found < options_.min_found_ratio * point.visible;
+template <class LandmarkId>
+void LandmarkCulling<LandmarkId>::cull(Map& map) {
+  std::vector<LandmarkId> still_recent;
+  for (const LandmarkId id : recent_) {
+    if (!landmarks(map, id).contains(id)) continue;
+    const auto& landmark = landmarks(map, id)[id];
+    const auto age = static_cast<int>(map.newest_keyframe().value - landmark.first_keyframe.value);
+    const bool rarely_found = landmark.found < options_.min_found_ratio * landmark.visible;
     const bool over = age >= options_.probation;
-    if (rarely_found || (over && static_cast<int>(point.observations.size()) < options_.min_observations)) {
-      map.remove_point(id);
+    if (rarely_found ||
+        (over && static_cast<int>(landmark.observations.size()) < options_.min_observations)) {
+      map.remove(id);
     } else if (!over) {
       still_recent.push_back(id);
     }
   }
   recent_ = std::move(still_recent);
 }
+
+template class LandmarkCulling<PointId>;
+template class LandmarkCulling<LineId>;
 
 void cull_keyframes(Map& map, KeyframeId centre, const CullingOptions& options) {
   for (const Covisible& neighbour : map.covisible(centre)) {

@@ -29,18 +29,19 @@ struct CullingOptions {
   }
 };
 
-/// Landmarks made lately, which still have to prove themselves.
+/// Landmarks of one kind (PointId or LineId) made lately, which still have to prove themselves.
+template <class LandmarkId>
 class LandmarkCulling {
  public:
   explicit LandmarkCulling(const CullingOptions& options) : options_(options) {}
 
-  void watch(PointId id) { recent_.push_back(id); }
+  void watch(LandmarkId id) { recent_.push_back(id); }
   /// Removes the landmarks that failed; stops watching those that passed.
   void cull(Map& map);
 
  private:
   CullingOptions options_;
-  std::vector<PointId> recent_;
+  std::vector<LandmarkId> recent_;
 };
 
 /// Removes keyframes around `centre` that show nothing the others do not show as well at the same or a finer

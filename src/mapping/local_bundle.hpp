@@ -11,6 +11,7 @@ struct LocalBundleOptions {
   int max_keyframes = 20;
   int max_fixed_keyframes = 30;
   int min_shared = 15;
+  double line_sigma = 1.0;
   BundleOptions solver;
 
   template <class Visitor>
@@ -20,6 +21,10 @@ struct LocalBundleOptions {
              {0, 1000, "count", "further keyframes that hold the window in place"});
     v.number("min_shared", min_shared,
              {1, 1000, "count", "landmarks a keyframe must share to be optimised along"});
+    v.number(
+        "line_sigma", line_sigma,
+        {0.05, 20.0, "px",
+         "standard deviation of a segment's end points across it, at octave 0; that of a keypoint is 1"});
     v.section("solver", solver, "bundle adjustment");
   }
 };

@@ -9,31 +9,42 @@ LocalMapper::LocalMapper(const Camera& camera, const ScalePyramid& pyramid, cons
       options_(options),
       map_(pyramid),
       fusion_(camera, pyramid, noise, options.fusion),
-      landmark_culling_(options.culling) {}
+      line_mapping_(camera, noise, options.lines),
+      point_culling_(options.culling),
+      line_culling_(options.culling) {}
 
 std::shared_ptr<const LocalMap> LocalMapper::process(const KeyframeCandidate& candidate,
                                                      const std::atomic<bool>* abort) {
-  for (const Sighting& s : candidate.sightings) {
-    const PointId point = map_.resolve(s.point);
-    if (point.valid()) map_.count_sightings(point, s.visible, s.found);
-  }
-  const KeyframeId id = insert(candidate.tracked);
-  landmark_culling_.cull(map_);
-  create_landmarks(id);
+  const auto count = [&](const auto& sightings) {
+    for (const auto& s : sightings) {
+      const auto landmark = map_.resolve(s.landmark);
+      if (landmark.valid()) map_.count_sightings(landmark, s.visible, s.found);
+    }
+  };
+  count(candidate.sightings);
+  count(candidate.line_sightings);
+  const KeyframeId id = insert(candidate);
+  point_culling_.cull(map_);
+  line_culling_.cull(map_);
+  line_mapping_.associate(map_, id, candidate.tracked.lines);
+  create_points(id);
+  create_lines(id);
   if (map_.keyframes().size() > 1) {
     fusion_.fuse_around(map_, id);
+    line_mapping_.fuse(map_, id);
     adjust_local_bundle(map_, id, camera_, noise_, options_.bundle, abort);
     cull_keyframes(map_, id, options_.culling);
   }
   return std::make_shared<const LocalMap>(build_local_map(map_, id, options_.local_map));
 }
 
-KeyframeId LocalMapper::insert(const TrackedFrame& tracked) {
+KeyframeId LocalMapper::insert(const KeyframeCandidate& candidate) {
+  const TrackedFrame& tracked = candidate.tracked;
   // The map may have moved since the frame was tracked; its place next to the reference keyframe is still
   // true.
   const SE3 T_cw =
       tracked.reference.valid() ? tracked.T_c_reference * map_.pose_of(tracked.reference) : tracked.T_cw;
-  const KeyframeId id = map_.add_keyframe(tracked.frame, T_cw);
+  const KeyframeId id = map_.add_keyframe(tracked.frame, T_cw, candidate.lines);
   for (std::uint32_t k = 0; k < tracked.points.size(); ++k) {
     const PointId point = map_.resolve(tracked.points[k]);
     if (!point.valid()) continue;
@@ -43,7 +54,7 @@ KeyframeId LocalMapper::insert(const TrackedFrame& tracked) {
   return id;
 }
 
-void LocalMapper::create_landmarks(KeyframeId id) {
+void LocalMapper::create_points(KeyframeId id) {
   const std::shared_ptr<const Frame> frame = map_.keyframes()[id].frame;
   const SE3 T_wc = map_.keyframes()[id].T_cw.inverse();
   for (std::uint32_t k = 0; k < frame->features.size(); ++k) {
@@ -51,8 +62,12 @@ void LocalMapper::create_landmarks(KeyframeId id) {
     if (map_.keyframes()[id].points[k].valid()) continue;
     if (keypoint.depth <= 0.0F) continue;
     const Eigen::Vector3d p_c = camera_.unproject(keypoint.undistorted.cast<double>(), keypoint.depth);
-    landmark_culling_.watch(map_.add_point(T_wc * p_c, id, k));
+    point_culling_.watch(map_.add_point(T_wc * p_c, id, k));
   }
+}
+
+void LocalMapper::create_lines(KeyframeId id) {
+  for (const LineId line : line_mapping_.create(map_, id)) line_culling_.watch(line);
 }
 
 }  // namespace ipl_slam

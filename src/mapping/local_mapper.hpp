@@ -7,6 +7,7 @@
 #include "map/local_map.hpp"
 #include "mapping/culling.hpp"
 #include "mapping/landmark_fusion.hpp"
+#include "mapping/line_mapping.hpp"
 #include "mapping/local_bundle.hpp"
 #include "tracking/tracked_frame.hpp"
 
@@ -14,13 +15,15 @@ namespace ipl_slam {
 
 struct MappingOptions {
   LandmarkFusionOptions fusion;
+  LineMappingOptions lines;
   CullingOptions culling;
   LocalBundleOptions bundle;
   LocalMapOptions local_map;
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.section("fusion", fusion, "joining of landmarks that are the same");
+    v.section("fusion", fusion, "joining of points that are the same");
+    v.section("lines", lines, "line landmarks");
     v.section("culling", culling, "removal of bad landmarks and redundant keyframes");
     v.section("bundle", bundle, "local bundle adjustment");
     v.section("local_map", local_map, "the part of the map the tracker works with");
@@ -41,15 +44,18 @@ class LocalMapper {
   [[nodiscard]] const Map& map() const { return map_; }
 
  private:
-  KeyframeId insert(const TrackedFrame& tracked);
-  void create_landmarks(KeyframeId id);
+  KeyframeId insert(const KeyframeCandidate& candidate);
+  void create_points(KeyframeId id);
+  void create_lines(KeyframeId id);
 
   Camera camera_;
   DepthNoiseOptions noise_;
   MappingOptions options_;
   Map map_;
   LandmarkFusion fusion_;
-  LandmarkCulling landmark_culling_;
+  LineMapping line_mapping_;
+  LandmarkCulling<PointId> point_culling_;
+  LandmarkCulling<LineId> line_culling_;
 };
 
 }  // namespace ipl_slam

@@ -25,6 +25,11 @@ Config preset(std::string_view name) {
   throw UserError(fmt::format("unknown preset '{}': use default or paper", name));
 }
 
+std::optional<LineMethod> line_method(const FeatureOptions& options) {
+  if (options.lines == "lsd") return LineMethod::kLsd;
+  return std::nullopt;
+}
+
 void check(const Config& config) {
   check_options(config);
   check(config.contours);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/options.hpp"
 #include "dynamics/contour_window.hpp"
+#include "features/line_extractor.hpp"
 #include "features/orb_extractor.hpp"
 #include "geometry/depth_noise.hpp"
 #include "mapping/keyframe_policy.hpp"
@@ -38,11 +40,23 @@ struct ScheduleOptions {
   }
 };
 
+struct FeatureOptions {
+  std::string lines = "lsd";
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v.choice("lines", lines, {"off", "lsd"},
+             "lines beside points, and how they are found in keyframes: lsd = line segment detector");
+  }
+};
+
 /// Everything that can be set, stage by stage. Section names are the names of the stages.
 struct Config {
   ScheduleOptions schedule;
   DepthNoiseOptions depth;
+  FeatureOptions features;
   OrbOptions orb;
+  LineOptions lines;
   SegmentationOptions segmentation;
   InstanceTrackerOptions instances;
   MaskCarrierOptions mask_carrier;
@@ -55,7 +69,9 @@ struct Config {
   void visit(Visitor& v) {
     v.section("schedule", schedule, "order and threads in which the stages run");
     v.section("depth", depth, "the depth camera");
+    v.section("features", features, "what is looked for in the images");
     v.section("orb", orb, "point features");
+    v.section("lines", lines, "line features of keyframes");
     v.section("segmentation", segmentation, "who is in the picture");
     v.section("instances", instances, "instances followed from frame to frame");
     v.section("mask_carrier", mask_carrier, "masks brought from one frame to another");
@@ -70,6 +86,8 @@ struct Config {
 /// ORB-SLAM2, which it builds on, have it. Throws UserError for any other name.
 [[nodiscard]] Config preset(std::string_view name);
 [[nodiscard]] std::vector<std::string> preset_names();
+/// The line detector that features.lines names; nothing for off.
+[[nodiscard]] std::optional<LineMethod> line_method(const FeatureOptions& options);
 /// Throws UserError for values that cannot stand together, though each is in its range.
 void check(const Config& config);
 

@@ -2,27 +2,40 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include <opencv2/core.hpp>
+
+#include "features/line_extractor.hpp"
 #include "mapping/local_mapper.hpp"
 #include "pipeline/config.hpp"
 
 namespace ipl_slam {
 
-/// How long the mapper took for a keyframe.
-struct MappingTime {
-  std::size_t frame_index = 0;
-  double milliseconds = 0.0;
+/// A keyframe on its way to the mapper, with the images its lines are extracted from. Where the candidate has
+/// its lines already they are not extracted again.
+struct NewKeyframe {
+  KeyframeCandidate candidate;
+  cv::Mat grey;   ///< CV_8UC1
+  cv::Mat depth;  ///< raw units
 };
 
-/// Where and when the mapper runs. The stages on either side do not know.
+/// How long a keyframe took, milliseconds.
+struct MappingTime {
+  std::size_t frame_index = 0;
+  double lines = 0.0;    ///< extraction of its lines
+  double mapping = 0.0;  ///< the mapper
+};
+
+/// Where and when lines are extracted and the mapper runs. The stages on either side do not know.
 class MappingSchedule {
  public:
   virtual ~MappingSchedule() = default;
 
   /// Starts the map; the local map is there when this returns.
-  virtual void start(KeyframeCandidate first) = 0;
-  virtual void submit(KeyframeCandidate candidate) = 0;
+  virtual void start(NewKeyframe first) = 0;
+  virtual void submit(NewKeyframe keyframe) = 0;
   /// The newest local map; null before start().
   [[nodiscard]] virtual std::shared_ptr<const LocalMap> local_map() const = 0;
   /// Whether a keyframe submitted now would be worked on at once.
@@ -35,10 +48,13 @@ class MappingSchedule {
   virtual void read(const std::function<void(const Map&, const std::vector<MappingTime>&)>& fn) const = 0;
 };
 
-/// The mapper runs inside submit(): fixed order, repeatable results.
-[[nodiscard]] std::unique_ptr<MappingSchedule> make_lockstep_mapping(LocalMapper mapper);
-/// The mapper runs on its own thread behind a bounded queue; a waiting keyframe cuts bundle adjustment short.
+/// Everything happens inside submit(): fixed order, repeatable results. No lines without an extractor.
+[[nodiscard]] std::unique_ptr<MappingSchedule> make_lockstep_mapping(LocalMapper mapper,
+                                                                     std::optional<LineExtractor> lines);
+/// Line extraction and the mapper run on a thread each, one behind the other, and behind a bounded queue; a
+/// waiting keyframe cuts bundle adjustment short.
 [[nodiscard]] std::unique_ptr<MappingSchedule> make_realtime_mapping(LocalMapper mapper,
+                                                                     std::optional<LineExtractor> lines,
                                                                      std::size_t queue_size);
 
 }  // namespace ipl_slam

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 #include "common/stopwatch.hpp"
 
@@ -15,12 +16,25 @@ ScalePyramid pyramid_of(const Config& config) {
   return {config.orb.levels, config.orb.scale_factor};
 }
 
+std::optional<LineExtractor> make_line_extractor(const Camera& camera, const Config& config) {
+  const std::optional<LineMethod> method = line_method(config.features);
+  if (!method) return std::nullopt;
+  return LineExtractor(*method, config.lines, camera, config.depth);
+}
+
+cv::Mat to_grey(const cv::Mat& color) {
+  if (color.channels() == 1) return color;
+  cv::Mat grey;
+  cv::cvtColor(color, grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
 std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config& config) {
   LocalMapper mapper(camera, pyramid_of(config), config.depth, config.mapping);
   return config.schedule.mode == "realtime"
-             ? make_realtime_mapping(std::move(mapper),
+             ? make_realtime_mapping(std::move(mapper), make_line_extractor(camera, config),
                                      static_cast<std::size_t>(config.schedule.keyframe_queue))
-             : make_lockstep_mapping(std::move(mapper));
+             : make_lockstep_mapping(std::move(mapper), make_line_extractor(camera, config));
 }
 
 }  // namespace
@@ -29,6 +43,7 @@ Pipeline::Pipeline(const Camera& camera, const Config& config)
     : camera_(camera),
       threads_(config.schedule.threads),
       extractor_(config.orb, camera, config.depth, &threads_),
+      first_lines_(make_line_extractor(camera, config)),
       instances_(make_instance_schedule(camera, config)),
       tracker_(camera, pyramid_of(config), config.depth, config.tracking),
       policy_(config.keyframes),
@@ -43,7 +58,8 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   FrameResult result;
   Stopwatch stopwatch;
 
-  Features features = extractor_.extract(image.color, image.depth);
+  const cv::Mat grey = to_grey(image.color);
+  Features features = extractor_.extract(grey, image.depth);
   FeatureGrid grid(features);
   const auto frame = std::make_shared<const Frame>(
       Frame{image.index, image.timestamp, std::move(features), std::move(grid)});
@@ -56,14 +72,14 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   result.times.instances = stopwatch.restart();
 
   const std::shared_ptr<const LocalMap> map = mapping_->local_map();
-  TrackedFrame tracked = tracker_.track(frame, map);
+  TrackedFrame tracked = tracker_.track(frame, map, first_lines_ ? grey : cv::Mat());
   result.times.tracking = stopwatch.restart();
 
-  if (!map && tracker_.can_start_map(*frame)) {
-    start_map(tracked);
-    result.keyframe = true;
-  } else if (map && mapping_->has_room() && policy_.wants(tracked, *map, mapping_->idle())) {
-    mapping_->submit({tracked, tracker_.take_sightings()});
+  if (!map) {
+    result.keyframe = start_map(tracked, grey, image.depth);
+  } else if (mapping_->has_room() && policy_.wants(tracked, *map, mapping_->idle())) {
+    mapping_->submit(
+        {{tracked, tracker_.take_sightings(), tracker_.take_line_sightings()}, grey, image.depth});
     result.keyframe = true;
     // From here on its pose is the keyframe's own, which bundle adjustment goes on improving.
     tracked.reference = KeyframeId{keyframes_submitted_++};
@@ -82,7 +98,9 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   result.T_wc = tracked.T_cw.inverse();
   result.keypoints = frame->features.size();
   result.inliers = tracked.inliers;
+  result.lines = static_cast<int>(tracked.lines.size());
   result.instances = instance_records();
+  last_tracked_ = std::move(tracked);
   return result;
 }
 
@@ -101,12 +119,17 @@ std::vector<InstanceRecord> Pipeline::instance_records() const {
 }
 
 // The first keyframe stands at the world's origin.
-void Pipeline::start_map(TrackedFrame& first) {
-  mapping_->start({first, {}});
+bool Pipeline::start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat& depth) {
+  KeyframeCandidate candidate{.tracked = first};
+  if (first_lines_)
+    candidate.lines = std::make_shared<const LineFeatures>(first_lines_->extract(grey, depth));
+  if (!tracker_.can_start_map(*first.frame, candidate.lines.get())) return false;
+  mapping_->start({std::move(candidate), grey, depth});
   first.state = TrackingState::kTracking;
   first.reference = KeyframeId{keyframes_submitted_++};
   tracker_.start(first);
   policy_.started_with(*first.frame);
+  return true;
 }
 
 Trajectory Pipeline::trajectory() const {

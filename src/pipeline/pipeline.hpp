@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/thread_pool.hpp"
@@ -18,9 +19,9 @@ namespace ipl_slam {
 
 /// What a frame cost, milliseconds of wall-clock time.
 struct FrameTimes {
-  double features = 0.0;   ///< grey image to keypoints and descriptors
+  double features = 0.0;   ///< colour image to keypoints and descriptors
   double instances = 0.0;  ///< instances found (lockstep), carried to the frame and handed on
-  double tracking = 0.0;   ///< keypoints to pose
+  double tracking = 0.0;   ///< keypoints and known lines to pose
 };
 
 /// What became of a frame.
@@ -28,7 +29,8 @@ struct FrameResult {
   TrackingState state = TrackingState::kInitializing;
   SE3 T_wc;  ///< camera-to-world as known now; the trajectory at the end is better
   std::size_t keypoints = 0;
-  int inliers = 0;
+  int inliers = 0;  ///< points that agree with the pose
+  int lines = 0;    ///< lines that do
   bool keyframe = false;
   int mask_age = -1;  ///< source frames since the picture the masks were made from; -1 = there are none
   std::vector<InstanceRecord> instances;
@@ -51,7 +53,9 @@ class Pipeline {
   [[nodiscard]] Trajectory keyframe_trajectory() const;
   [[nodiscard]] const MappingSchedule& mapping() const { return *mapping_; }
   [[nodiscard]] const InstanceSchedule& instances() const { return *instances_; }
-  /// Those of the frame that was processed last, with their masks.
+  /// The frame that was processed last, with the features that agree with its pose.
+  [[nodiscard]] const TrackedFrame& last_tracked() const { return last_tracked_; }
+  /// The instances of that frame, with their masks.
   [[nodiscard]] const std::vector<TrackedInstance>& last_instances() const { return last_instances_; }
 
  private:
@@ -62,17 +66,20 @@ class Pipeline {
     SE3 T_c_reference;
   };
 
-  void start_map(TrackedFrame& first);
+  /// Starts the map with this frame if it shows enough.
+  bool start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat& depth);
   [[nodiscard]] std::vector<InstanceRecord> instance_records() const;
 
   Camera camera_;
   ThreadPool threads_;
   OrbExtractor extractor_;
+  std::optional<LineExtractor> first_lines_;  // of the frame that starts the map; none without lines
   std::unique_ptr<InstanceSchedule> instances_;
   Tracker tracker_;
   KeyframePolicy policy_;
   std::unique_ptr<MappingSchedule> mapping_;
   std::vector<Placed> placed_;
+  TrackedFrame last_tracked_;
   std::vector<TrackedInstance> last_instances_;
   std::uint32_t keyframes_submitted_ = 0;  // the mapper numbers them in this order
   double last_timestamp_;

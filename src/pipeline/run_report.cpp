@@ -86,6 +86,8 @@ Json timing_json(const SequenceRun& run, const InstanceTimes& instances) {
                                   const FrameTimes& t = f.result.times;
                                   return t.features + t.instances + t.tracking;
                                 })},
+          {"lines", stage_times(
+                        run, [](const FrameRecord& f) { return f.lines; }, true)},
           {"mapping", stage_times(
                           run, [](const FrameRecord& f) { return f.mapping; }, true)}};
 }
@@ -141,7 +143,10 @@ Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& m
             {"initializing", run.count(TrackingState::kInitializing)},
             {"skipped", skips_json(run)},
             {"unpaired_color", setting.unpaired_color}}},
-          {"map", {{"keyframes", map.keyframes().size()}, {"landmarks", map.points().size()}}},
+          {"map",
+           {{"keyframes", map.keyframes().size()},
+            {"landmarks", map.points().size()},
+            {"lines", map.lines().size()}}},
           {"instances", instances_json(run, setting, instances)},
           {"evaluation", evaluation ? evaluation_json(*evaluation) : Json(nullptr)},
           {"seconds", run.seconds},
@@ -154,13 +159,13 @@ Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& m
 
 std::string timings_csv(const SequenceRun& run) {
   std::string csv =
-      "frame,timestamp,state,keypoints,inliers,keyframe,load_ms,features_ms,instances_ms,tracking_ms,mapping_"
-      "ms\n";
+      "frame,timestamp,state,keypoints,inliers,lines,keyframe,load_ms,features_ms,instances_ms,tracking_ms,"
+      "lines_ms,mapping_ms\n";
   for (const FrameRecord& f : run.frames) {
-    csv += fmt::format("{},{:.6f},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", f.index, f.timestamp,
-                       to_string(f.result.state), f.result.keypoints, f.result.inliers,
-                       f.result.keyframe ? 1 : 0, f.load, f.result.times.features, f.result.times.instances,
-                       f.result.times.tracking, f.mapping);
+    csv += fmt::format("{},{:.6f},{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", f.index,
+                       f.timestamp, to_string(f.result.state), f.result.keypoints, f.result.inliers,
+                       f.result.lines, f.result.keyframe ? 1 : 0, f.load, f.result.times.features,
+                       f.result.times.instances, f.result.times.tracking, f.lines, f.mapping);
   }
   return csv;
 }
@@ -181,10 +186,11 @@ std::vector<std::string> skip_lines(const SequenceRun& run) {
 }
 
 std::string run_text(const SequenceRun& run, const Map& map, const DynamicSpans& dynamic) {
-  std::string text = fmt::format("{} frames: {} tracked, {} lost, {} skipped; {} keyframes, {} landmarks\n",
-                                 run.frames.size() + run.skipped.size(), run.count(TrackingState::kTracking),
-                                 run.count(TrackingState::kLost), run.skipped.size(), map.keyframes().size(),
-                                 map.points().size());
+  std::string text =
+      fmt::format("{} frames: {} tracked, {} lost, {} skipped; {} keyframes, {} points, {} lines\n",
+                  run.frames.size() + run.skipped.size(), run.count(TrackingState::kTracking),
+                  run.count(TrackingState::kLost), run.skipped.size(), map.keyframes().size(),
+                  map.points().size(), map.lines().size());
   if (const std::size_t waiting = run.count(TrackingState::kInitializing)) {
     text += fmt::format("  {} frames before a map could be started\n", waiting);
   }

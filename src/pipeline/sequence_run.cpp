@@ -24,7 +24,7 @@ SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const RunHooks&
     const double load = waiting.milliseconds();
     if (!item) break;
     if (item->frame) {
-      run.frames.push_back({item->frame->index, item->timestamp, pipeline.process(*item->frame), load, 0.0});
+      run.frames.push_back({item->frame->index, item->timestamp, pipeline.process(*item->frame), load});
       if (hooks.frame_done) hooks.frame_done(*item->frame);
     } else {
       run.skipped.push_back({index, item->timestamp, item->skip_reason, item->detail});
@@ -36,10 +36,13 @@ SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const RunHooks&
   run.seconds = total.milliseconds() / 1000.0;
 
   pipeline.mapping().read([&](const Map&, const std::vector<MappingTime>& times) {
-    std::map<std::size_t, double> by_frame;
-    for (const MappingTime& t : times) by_frame[t.frame_index] = t.milliseconds;
+    std::map<std::size_t, MappingTime> by_frame;
+    for (const MappingTime& t : times) by_frame[t.frame_index] = t;
     for (FrameRecord& f : run.frames) {
-      if (const auto it = by_frame.find(f.index); it != by_frame.end()) f.mapping = it->second;
+      const auto it = by_frame.find(f.index);
+      if (it == by_frame.end()) continue;
+      f.lines = it->second.lines;
+      f.mapping = it->second.mapping;
     }
   });
   return run;

@@ -15,6 +15,7 @@ struct FrameRecord {
   double timestamp = 0.0;
   FrameResult result;
   double load = 0.0;     ///< waiting for the images
+  double lines = 0.0;    ///< extraction of its lines as a keyframe
   double mapping = 0.0;  ///< the mapper's work on this frame as a keyframe; 0 = no keyframe
 };
 

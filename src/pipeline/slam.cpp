@@ -125,8 +125,8 @@ TrackingResult Slam::process(const ImageView& color, const ImageView& depth, dou
   frame.depth = wrap(depth, "depth").clone();
   const FrameResult result = impl_->pipeline.process(frame);
   ++impl_->frames;
-  return {result.state,    to_pose(result.T_wc),      result.inliers,
-          result.keyframe, to_seen(result.instances), result.mask_age};
+  return {result.state,    to_pose(result.T_wc), result.inliers, result.keyframe, to_seen(result.instances),
+          result.mask_age, result.lines};
 }
 
 std::vector<std::uint8_t> Slam::instance_mask(std::uint32_t id) const {

@@ -3,18 +3,28 @@
 #include <memory>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include <ipl_slam/tracking_state.hpp>
 
 #include "common/ids.hpp"
 #include "features/frame.hpp"
+#include "features/line_features.hpp"
 #include "geometry/se3.hpp"
 
 namespace ipl_slam {
 
 /// How often a landmark should have been and was seen since the last report.
+template <class LandmarkId>
 struct Sighting {
-  PointId point;
+  LandmarkId landmark;
   int visible = 0, found = 0;
+};
+
+/// Where a frame saw a line landmark: undistorted pixels, in the line's direction.
+struct SeenLine {
+  LineId line;
+  Eigen::Vector2d start, end;
 };
 
 /// What tracking gives for one frame.
@@ -25,13 +35,16 @@ struct TrackedFrame {
   KeyframeId reference;         ///< the keyframe that shares most landmarks; invalid before there is a map
   SE3 T_c_reference;            ///< pose relative to it: stays true when the map is corrected later
   std::vector<PointId> points;  ///< per keypoint: the landmark seen there; invalid = none
-  int inliers = 0;              ///< matched landmarks that agree with the pose
+  std::vector<SeenLine> lines;  ///< lines that agree with the pose
+  int inliers = 0;              ///< matched points that agree with the pose
 };
 
 /// A tracked frame on its way into the map.
 struct KeyframeCandidate {
   TrackedFrame tracked;
-  std::vector<Sighting> sightings;  ///< since the candidate before
+  std::vector<Sighting<PointId>> sightings = {};        ///< since the candidate before
+  std::vector<Sighting<LineId>> line_sightings = {};    ///< the same of lines
+  std::shared_ptr<const LineFeatures> lines = nullptr;  ///< of the frame; null = not looked for
 };
 
 }  // namespace ipl_slam

@@ -19,9 +19,11 @@ Tracker::Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthN
       options_(options),
       optimizer_(camera, noise, options.pose),
       visibility_(camera, pyramid),
+      line_tracker_(camera, options.lines),
       relocalizer_(camera, pyramid, options.relocalizer) {}
 
-TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map) {
+TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map,
+                            const cv::Mat& grey) {
   if (!map) {
     TrackedFrame waiting;
     waiting.points.resize(frame->features.size());
@@ -30,59 +32,71 @@ TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<
   }
   adopt(std::move(map));
 
-  Placement placement = place_by_prediction(*frame);
-  if (placement.inliers < options_.confident_inliers && last_.frame) {
+  const View view{*frame, grey};
+  Placement placement = place_by_prediction(view);
+  if (support(placement) < options_.confident_inliers && last_.frame) {
     // Of a lost camera, too: no keyframe is nearer to where it was.
-    keep_better(placement, place_from(*frame, *last_.frame, last_.T_cw));
+    keep_better(placement, place_from(view, *last_.frame, last_.T_cw));
   }
-  if (!believed(placement.inliers)) keep_better(placement, relocalize(*frame));
+  if (!believed(placement)) keep_better(placement, relocalize(view));
   return conclude(std::move(frame), placement);
 }
 
 // Takes over a new local map: the last pose and velocity follow the correction of the reference keyframe.
 void Tracker::adopt(std::shared_ptr<const LocalMap> map) {
   if (map == map_) return;
-  flush_sightings();
   map_ = std::move(map);
-  counting_.resize(map_->points.size());
-  for (std::size_t i = 0; i < counting_.size(); ++i) counting_[i] = {map_->points[i].id, 0, 0};
+  points_seen_.start(map_->points);
+  lines_seen_.start(map_->lines);
   if (const LocalKeyframe* reference = map_->find_keyframe(last_.reference)) {
     last_.T_cw = last_.T_c_reference * reference->T_cw;
     motion_.rebase(last_.T_cw);
   }
 }
 
-// Windows widen until enough of the last frame's points agree on a motion.
-Tracker::Placement Tracker::place_by_prediction(const Frame& frame) const {
+// Windows widen until enough of the last frame's points agree on a motion. Where points are rare lines have a
+// say, too.
+Tracker::Placement Tracker::place_by_prediction(const View& view) const {
   if (lost()) return {};
-  const SE3 T_cw = motion_.predict(frame.timestamp);
+  const SE3 T_cw = motion_.predict(view.frame.timestamp);
   Placement best;
   for (const double widening : {1.0, 2.0, 4.0}) {
-    Placement placement = match_last_frame(frame, T_cw, widening * options_.prediction_radius);
+    Placement placement = match_last_frame(view.frame, T_cw, widening * options_.prediction_radius);
     if (placement.inliers > best.inliers) best = std::move(placement);
     if (best.inliers >= options_.confident_inliers) break;
   }
-  if (best.inliers < options_.min_prediction_inliers) return {};
-  return place_in_local_map(frame, best, options_.local_radius);
+  const bool by_points = best.inliers >= options_.min_prediction_inliers;
+  best = by_points ? place_in_local_map(view, best, options_.local_radius) : Placement{};
+  if (support(best) < options_.confident_inliers) keep_better(best, place_by_lines(view, T_cw));
+  return best;
+}
+
+// Places the frame by lines alone, found from where the camera is expected, before points are looked for.
+Tracker::Placement Tracker::place_by_lines(const View& view, const SE3& T_cw) const {
+  const LineSights sights = line_tracker_.look(view.grey, T_cw, *map_, options_.lines.wide_radius);
+  const PoseEstimate estimate = optimizer_.optimize(T_cw, {}, line_tracker_.matches(sights, *map_));
+  if (estimate.line_inliers == 0) return {};
+  Placement start{.T_cw = estimate.T_cw};
+  start.points.assign(view.frame.features.size(), -1);
+  return place_in_local_map(view, start, options_.local_radius);
 }
 
 // Without a prediction: from what an earlier frame shows, wherever in the image it is now.
-Tracker::Placement Tracker::place_from(const Frame& frame, const Frame& earlier,
-                                       const SE3& T_earlier_w) const {
-  const std::optional<SE3> T_cw = relocalizer_.find_pose(frame, earlier, T_earlier_w);
+Tracker::Placement Tracker::place_from(const View& view, const Frame& earlier, const SE3& T_earlier_w) const {
+  const std::optional<SE3> T_cw = relocalizer_.find_pose(view.frame, earlier, T_earlier_w);
   if (!T_cw) return {};
   // The pose rests on the measured depth of few points: the first look around each landmark is a wide one.
-  Placement placement{*T_cw, {}, {}, 0};
+  Placement placement{.T_cw = *T_cw};
   for (const double radius : {options_.prediction_radius, options_.local_radius}) {
-    placement.points.assign(frame.features.size(), -1);
-    placement = place_in_local_map(frame, placement, radius);
+    placement.points.assign(view.frame.features.size(), -1);
+    placement = place_in_local_map(view, placement, radius);
   }
   return placement;
 }
 
 // Compares the frame with keyframes, the nearest first. While the camera stays lost every frame goes on where
 // the one before gave up, so that in time all of the local map is tried.
-Tracker::Placement Tracker::relocalize(const Frame& frame) const {
+Tracker::Placement Tracker::relocalize(const View& view) const {
   const Eigen::Vector3d position = last_.T_cw.inverse().translation();
   std::vector<std::pair<double, const LocalKeyframe*>> order;
   for (const LocalKeyframe& keyframe : map_->keyframes) {
@@ -93,15 +107,15 @@ Tracker::Placement Tracker::relocalize(const Frame& frame) const {
 
   const auto tries = static_cast<std::size_t>(options_.relocalization_keyframes);
   Placement best;
-  for (std::size_t i = 0; i < std::min(tries, order.size()) && !believed(best.inliers); ++i) {
+  for (std::size_t i = 0; i < std::min(tries, order.size()) && !believed(best); ++i) {
     const LocalKeyframe& keyframe = *order[(frames_lost_ * tries + i) % order.size()].second;
-    keep_better(best, place_from(frame, *keyframe.frame, keyframe.T_cw));
+    keep_better(best, place_from(view, *keyframe.frame, keyframe.T_cw));
   }
   return best;
 }
 
-void Tracker::keep_better(Placement& best, Placement other) {
-  if (other.inliers > best.inliers) best = std::move(other);
+void Tracker::keep_better(Placement& best, Placement other) const {
+  if (support(other) > support(best)) best = std::move(other);
 }
 
 // Looks for the last frame's points around where the predicted pose puts them. Points without a landmark
@@ -146,7 +160,9 @@ Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw
     owners.emplace_back(found[i], landmarks[i]);
   }
   const PoseEstimate estimate = optimizer_.optimize(T_cw, matches);
-  Placement placement{estimate.T_cw, std::vector<int>(frame.features.size(), -1), {}, estimate.inliers};
+  Placement placement{.T_cw = estimate.T_cw,
+                      .points = std::vector<int>(frame.features.size(), -1),
+                      .inliers = estimate.inliers};
   for (std::size_t i = 0; i < owners.size(); ++i) {
     if (estimate.inlier[i]) placement.points[owners[i].first] = owners[i].second;
   }
@@ -154,8 +170,9 @@ Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw
 }
 
 // Searches the whole local map from a pose that is nearly right, and settles the pose with all that is found.
-Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placement& start,
+Tracker::Placement Tracker::place_in_local_map(const View& view, const Placement& start,
                                                double radius) const {
+  const Frame& frame = view.frame;
   std::vector<std::uint8_t> taken(frame.features.size(), 0);
   std::vector<std::uint8_t> matched(map_->points.size(), 0);
   for (std::size_t k = 0; k < start.points.size(); ++k) {
@@ -187,32 +204,47 @@ Tracker::Placement Tracker::place_in_local_map(const Frame& frame, const Placeme
     matches.push_back(make_match(map_->points[points[k]].position, frame.features.keypoints[k], pyramid_));
     keypoints.push_back(k);
   }
-  const PoseEstimate estimate = optimizer_.optimize(start.T_cw, matches);
+  LineSights sights = line_tracker_.look(view.grey, start.T_cw, *map_, options_.lines.radius);
+  const PoseEstimate estimate =
+      optimizer_.optimize(start.T_cw, matches, line_tracker_.matches(sights, *map_));
 
-  Placement placement{estimate.T_cw, std::move(points), std::move(landmarks), estimate.inliers};
+  Placement placement{.T_cw = estimate.T_cw,
+                      .points = std::move(points),
+                      .visible = std::move(landmarks),
+                      .inliers = estimate.inliers,
+                      .visible_lines = std::move(sights.visible)};
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
     int& landmark = placement.points[keypoints[i]];
     if (matched[landmark]) placement.visible.push_back(landmark);
     if (!estimate.inlier[i]) landmark = -1;
   }
+  for (std::size_t i = 0; i < sights.found.size(); ++i) {
+    if (estimate.line_inlier[i]) placement.lines.push_back(sights.found[i]);
+  }
   return placement;
 }
 
 void Tracker::count_sightings(const Placement& placement) {
-  for (const int landmark : placement.visible) ++counting_[landmark].visible;
+  for (const int landmark : placement.visible) points_seen_.visible(landmark);
   for (const int landmark : placement.points) {
-    if (landmark >= 0) ++counting_[landmark].found;
+    if (landmark >= 0) points_seen_.found(landmark);
   }
+  for (const int line : placement.visible_lines) lines_seen_.visible(line);
+  for (const LineSight& sight : placement.lines) lines_seen_.found(sight.line);
 }
 
-bool Tracker::believed(int inliers) const {
-  return inliers >= (lost() ? options_.min_inliers_recovering : options_.min_inliers);
+double Tracker::support(const Placement& placement) const {
+  return placement.inliers + options_.line_support * static_cast<double>(placement.lines.size());
+}
+
+bool Tracker::believed(const Placement& placement) const {
+  return support(placement) >= (lost() ? options_.min_inliers_recovering : options_.min_inliers);
 }
 
 TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placement& placement) {
   TrackedFrame result;
   result.inliers = placement.inliers;
-  if (!believed(placement.inliers)) {
+  if (!believed(placement)) {
     ++frames_lost_;
     motion_.stop();
     result.state = TrackingState::kLost;
@@ -226,7 +258,7 @@ TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placeme
   frames_lost_ = 0;
   count_sightings(placement);
   motion_.update(frame->timestamp, placement.T_cw);
-  const LocalKeyframe& reference = most_shared_keyframe(placement.points);
+  const LocalKeyframe& reference = most_shared_keyframe(placement);
   result.state = TrackingState::kTracking;
   result.T_cw = placement.T_cw;
   result.reference = reference.id;
@@ -235,21 +267,26 @@ TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placeme
   for (std::size_t k = 0; k < placement.points.size(); ++k) {
     if (placement.points[k] >= 0) result.points[k] = map_->points[placement.points[k]].id;
   }
+  for (const LineSight& sight : placement.lines) {
+    result.lines.push_back({map_->lines[sight.line].id, sight.at.start, sight.at.end});
+  }
   result.frame = std::move(frame);
   last_ = result;
   return result;
 }
 
-const LocalKeyframe& Tracker::most_shared_keyframe(const std::vector<int>& points) const {
-  std::vector<std::uint8_t> seen(map_->points.size(), 0);
-  for (const int point : points) {
-    if (point >= 0) seen[point] = 1;
+const LocalKeyframe& Tracker::most_shared_keyframe(const Placement& placement) const {
+  std::vector<std::uint8_t> points(map_->points.size(), 0), lines(map_->lines.size(), 0);
+  for (const int point : placement.points) {
+    if (point >= 0) points[point] = 1;
   }
+  for (const LineSight& sight : placement.lines) lines[sight.line] = 1;
   const LocalKeyframe* best = &map_->keyframes.back();
   int best_shared = -1;
   for (const LocalKeyframe& keyframe : map_->keyframes) {
     int shared = 0;
-    for (const std::uint32_t point : keyframe.points) shared += seen[point];
+    for (const std::uint32_t point : keyframe.points) shared += points[point];
+    for (const std::uint32_t line : keyframe.lines) shared += lines[line];
     if (shared >= best_shared) {  // among equals the newest
       best_shared = shared;
       best = &keyframe;
@@ -258,10 +295,16 @@ const LocalKeyframe& Tracker::most_shared_keyframe(const std::vector<int>& point
   return *best;
 }
 
-bool Tracker::can_start_map(const Frame& frame) const {
-  const auto with_depth = std::count_if(frame.features.keypoints.begin(), frame.features.keypoints.end(),
-                                        [](const Keypoint& k) { return k.depth > 0.0F; });
-  return with_depth >= options_.min_initial_depths;
+bool Tracker::can_start_map(const Frame& frame, const LineFeatures* lines) const {
+  auto support =
+      static_cast<double>(std::count_if(frame.features.keypoints.begin(), frame.features.keypoints.end(),
+                                        [](const Keypoint& k) { return k.depth > 0.0F; }));
+  if (lines) {
+    support += options_.line_support *
+               static_cast<double>(std::count_if(lines->segments.begin(), lines->segments.end(),
+                                                 [](const LineSegment& s) { return s.depth.known(); }));
+  }
+  return support >= options_.min_initial_depths;
 }
 
 void Tracker::start(const TrackedFrame& first) {
@@ -279,21 +322,6 @@ std::optional<SE3> Tracker::expected_pose(double timestamp) const {
 void Tracker::became_keyframe(KeyframeId id) {
   last_.reference = id;
   last_.T_c_reference = SE3();
-}
-
-void Tracker::flush_sightings() {
-  for (const Sighting& s : counting_) {
-    if (s.visible > 0) sightings_.push_back(s);
-  }
-  counting_.clear();
-}
-
-std::vector<Sighting> Tracker::take_sightings() {
-  for (Sighting& s : counting_) {
-    if (s.visible > 0) sightings_.push_back(s);
-    s.visible = s.found = 0;
-  }
-  return std::exchange(sightings_, {});
 }
 
 }  // namespace ipl_slam

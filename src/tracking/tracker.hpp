@@ -4,12 +4,16 @@
 #include <optional>
 #include <vector>
 
+#include <opencv2/core.hpp>
+
 #include "common/options.hpp"
 #include "geometry/camera.hpp"
 #include "map/local_map.hpp"
+#include "tracking/line_tracker.hpp"
 #include "tracking/motion_model.hpp"
 #include "tracking/pose_optimizer.hpp"
 #include "tracking/relocalizer.hpp"
+#include "tracking/sighting_counter.hpp"
 #include "tracking/tracked_frame.hpp"
 #include "tracking/visibility.hpp"
 
@@ -23,16 +27,19 @@ struct TrackerOptions {
   double local_radius = 3.0;
   int min_inliers = 30;
   int min_inliers_recovering = 50;
+  double line_support = 3.0;
   int relocalization_keyframes = 8;
   MatchOptions last_frame_match;
   MatchOptions local_map_match;
+  LineTrackerOptions lines;
   PoseOptimizerOptions pose;
   RelocalizerOptions relocalizer;
 
   template <class Visitor>
   void visit(Visitor& v) {
     v.number("min_initial_depths", min_initial_depths,
-             {10, 10000, "count", "keypoints with depth that a frame needs to start the map"});
+             {10, 10000, "count",
+              "keypoints with depth that a frame needs to start the map; lines count too, see line_support"});
     v.number("prediction_radius", prediction_radius,
              {1.0, 100.0, "px",
               "search window around a point of the last frame, or a landmark after relocalisation, at "
@@ -48,29 +55,34 @@ struct TrackerOptions {
              {6, 1000, "count", "landmarks a frame must see to count as tracked"});
     v.number("min_inliers_recovering", min_inliers_recovering,
              {6, 1000, "count", "the same while the camera is lost"});
+    v.number("line_support", line_support,
+             {0.0, 100.0, "points", "points that a line counts for where points are counted: inliers, keypoints with depth"});
     v.number("relocalization_keyframes", relocalization_keyframes,
              {1, 1000, "count",
               "keyframes a frame that lost its place is compared with; the next frame tries others"});
     v.section("last_frame_match", last_frame_match, "descriptor match with a point of the last frame");
     v.section("local_map_match", local_map_match, "descriptor match with a landmark of the local map");
+    v.section("lines", lines, "lines of the local map in ordinary frames");
     v.section("pose", pose, "pose-only optimisation");
     v.section("relocalizer", relocalizer, "pose from a keyframe, when prediction fails");
   }
 };
 
-/// Finds the camera's pose in each frame: predict, match the last frame's points, then the local map's,
-/// optimise.
+/// Finds the camera's pose in each frame: predict, match the last frame's points, then the local map's points
+/// and lines, optimise.
 class Tracker {
  public:
   Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
           const TrackerOptions& options);
 
-  /// Places a frame in `map`, null as long as there is none. Without a map the state is kInitializing with an
+  /// Places a frame in `map`, null as long as there is none. `grey` is its image, CV_8UC1; empty = lines are
+  /// not looked for. Without a map the state is kInitializing with an
   /// identity pose; the frame can start the map when can_start_map says so.
-  [[nodiscard]] TrackedFrame track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map);
+  [[nodiscard]] TrackedFrame track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map,
+                                   const cv::Mat& grey = {});
 
-  /// Whether a frame has enough keypoints with depth to start a map.
-  [[nodiscard]] bool can_start_map(const Frame& frame) const;
+  /// Whether a frame has enough keypoints and lines with depth to start a map. `lines` may be null.
+  [[nodiscard]] bool can_start_map(const Frame& frame, const LineFeatures* lines = nullptr) const;
   /// The map was started with this frame at the origin.
   void start(const TrackedFrame& first);
   /// The frame tracked last went into the map under this id: from now on its pose is the keyframe's.
@@ -79,45 +91,56 @@ class Tracker {
   /// or while it is lost.
   [[nodiscard]] std::optional<SE3> expected_pose(double timestamp) const;
   /// Hands over what was counted since the last call.
-  [[nodiscard]] std::vector<Sighting> take_sightings();
+  [[nodiscard]] std::vector<Sighting<PointId>> take_sightings() { return points_seen_.take(); }
+  [[nodiscard]] std::vector<Sighting<LineId>> take_line_sightings() { return lines_seen_.take(); }
 
  private:
-  /// A pose with the landmarks that support it, as indices into LocalMap::points.
+  /// The frame being tracked and its image.
+  struct View {
+    const Frame& frame;
+    const cv::Mat& grey;
+  };
+  /// A pose with the landmarks that support it, as indices into LocalMap::points and lines.
   struct Placement {
     SE3 T_cw;
-    std::vector<int> points;   // per keypoint; -1 = none
-    std::vector<int> visible;  // all that should show in the image
-    int inliers = 0;
+    std::vector<int> points = {};         // per keypoint; -1 = none
+    std::vector<int> visible = {};        // all that should show in the image
+    int inliers = 0;                      // of the points
+    std::vector<LineSight> lines = {};    // inliers
+    std::vector<int> visible_lines = {};  // all that should show in the image
   };
 
   void adopt(std::shared_ptr<const LocalMap> map);
-  [[nodiscard]] Placement place_by_prediction(const Frame& frame) const;
+  [[nodiscard]] Placement place_by_prediction(const View& view) const;
   [[nodiscard]] Placement match_last_frame(const Frame& frame, const SE3& T_cw, double radius) const;
-  [[nodiscard]] Placement place_from(const Frame& frame, const Frame& earlier, const SE3& T_earlier_w) const;
-  [[nodiscard]] Placement relocalize(const Frame& frame) const;
-  static void keep_better(Placement& best, Placement other);
+  [[nodiscard]] Placement place_by_lines(const View& view, const SE3& T_cw) const;
+  [[nodiscard]] Placement place_from(const View& view, const Frame& earlier, const SE3& T_earlier_w) const;
+  [[nodiscard]] Placement relocalize(const View& view) const;
+  void keep_better(Placement& best, Placement other) const;
   [[nodiscard]] bool lost() const { return frames_lost_ > 0; }
-  [[nodiscard]] Placement place_in_local_map(const Frame& frame, const Placement& start, double radius) const;
+  [[nodiscard]] Placement place_in_local_map(const View& view, const Placement& start, double radius) const;
   void count_sightings(const Placement& placement);
-  /// Whether a pose with so many inliers counts as tracked.
-  [[nodiscard]] bool believed(int inliers) const;
+  /// What speaks for a pose, counted in points.
+  [[nodiscard]] double support(const Placement& placement) const;
+  /// Whether a pose counts as tracked.
+  [[nodiscard]] bool believed(const Placement& placement) const;
   [[nodiscard]] TrackedFrame conclude(std::shared_ptr<const Frame> frame, const Placement& placement);
-  [[nodiscard]] const LocalKeyframe& most_shared_keyframe(const std::vector<int>& points) const;
-  void flush_sightings();
+  [[nodiscard]] const LocalKeyframe& most_shared_keyframe(const Placement& placement) const;
 
   Camera camera_;
   ScalePyramid pyramid_;
   TrackerOptions options_;
   PoseOptimizer optimizer_;
   Visibility visibility_;
+  LineTracker line_tracker_;
   Relocalizer relocalizer_;
   MotionModel motion_;
 
   std::shared_ptr<const LocalMap> map_;
-  TrackedFrame last_;                // the last frame that was tracked
-  std::size_t frames_lost_ = 0;      // in a row, up to now
-  std::vector<Sighting> counting_;   // per point of map_
-  std::vector<Sighting> sightings_;  // of local maps before map_
+  TrackedFrame last_;            // the last frame that was tracked
+  std::size_t frames_lost_ = 0;  // in a row, up to now
+  SightingCounter<PointId> points_seen_;
+  SightingCounter<LineId> lines_seen_;
 };
 
 }  // namespace ipl_slam

@@ -41,7 +41,7 @@ struct Row {
   }
   [[nodiscard]] std::vector<std::uint32_t> observers_of(PointId id) const {
     std::vector<std::uint32_t> result;
-    for (const PointObservation& o : map.points()[id].observations) result.push_back(o.keyframe.value);
+    for (const Observation& o : map.points()[id].observations) result.push_back(o.keyframe.value);
     return result;
   }
 
@@ -109,7 +109,7 @@ TEST(Map, RemovingAnObservationThatIsNotThereChangesNothing) {
 TEST(Map, RemovingAPointFreesItsKeypoints) {
   Row row(3);
   const PointId id = row.point({0, 1, 2});
-  row.map.remove_point(id);
+  row.map.remove(id);
   for (const KeyframeId keyframe : row.keyframes) {
     EXPECT_FALSE(row.map.keyframes()[keyframe].points[0].valid());
   }
@@ -172,7 +172,7 @@ TEST(Map, ResolvesThroughAChainOfFusions) {
   row.map.fuse(c, d);
   for (const PointId id : {a, b, c, d}) EXPECT_EQ(row.map.resolve(id), c);
   expect_consistent(row.map);
-  row.map.remove_point(c);
+  row.map.remove(c);
   for (const PointId id : {a, b, c, d}) EXPECT_FALSE(row.map.resolve(id).valid());
   EXPECT_FALSE(row.map.resolve(PointId{}).valid());
 }
@@ -180,7 +180,7 @@ TEST(Map, ResolvesThroughAChainOfFusions) {
 TEST(Map, ANewPointIsNotTakenForTheOneWhoseMemoryItUses) {
   Row row(2);
   const PointId old = row.point({0});
-  row.map.remove_point(old);
+  row.map.remove(old);
   const PointId fresh = row.point({1});
   EXPECT_NE(fresh, old);
   EXPECT_FALSE(row.map.resolve(old).valid());
@@ -213,7 +213,7 @@ TEST(Map, StaysConsistentUnderRandomChanges) {
       const PointId other = row.map.resolve(any(points));
       if (other.valid()) row.map.fuse(point, other);
     } else if (choice == 10 && step % 5 == 0 && point.valid()) {
-      row.map.remove_point(point);
+      row.map.remove(point);
     } else if (choice == 11 && keyframes.size() > 5) {
       const std::size_t i = random.index(keyframes.size() - 1);  // not the newest
       row.map.remove_keyframe(keyframes[i]);
@@ -294,7 +294,7 @@ TEST(Map, CovisibleForgetsRemovedKeyframesAndPoints) {
   Row row(3);
   const PointId id = row.point({0, 2});
   row.point({0, 1});
-  row.map.remove_point(id);
+  row.map.remove(id);
   auto covisible = row.map.covisible(row.keyframes[0]);
   ASSERT_EQ(covisible.size(), 1U);
   EXPECT_EQ(covisible[0].keyframe, row.keyframes[1]);

@@ -89,7 +89,7 @@ TEST(LandmarkCulling, WhatIsNotWatchedIsLeftAlone) {
 TEST(LandmarkCulling, ForgetsLandmarksThatAreGone) {
   Probation p;
   const PointId removed = p.watched_point(0), fused = p.watched_point(1), kept = p.watched_point(2);
-  p.map.remove_point(removed);
+  p.map.remove(removed);
   p.map.fuse(kept, fused);
   p.culling.cull(p.map);
   EXPECT_TRUE(p.map.points().contains(kept));

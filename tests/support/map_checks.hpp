@@ -16,12 +16,12 @@ inline void expect_consistent(const Map& map) {
     EXPECT_FALSE(point.observations.empty()) << "point " << id.value << " is seen by nothing";
     EXPECT_EQ(map.resolve(id), id) << "a point that is in the map is what it has become";
     for (std::size_t i = 0; i < point.observations.size(); ++i) {
-      const PointObservation& o = point.observations[i];
+      const Observation& o = point.observations[i];
       ++from_points;
       ASSERT_TRUE(map.keyframes().contains(o.keyframe)) << "point " << id.value << " is seen by a ghost";
       const Keyframe& keyframe = map.keyframes()[o.keyframe];
-      ASSERT_LT(o.keypoint, keyframe.points.size());
-      EXPECT_EQ(keyframe.points[o.keypoint], id);
+      ASSERT_LT(o.feature, keyframe.points.size());
+      EXPECT_EQ(keyframe.points[o.feature], id);
       if (i > 0) {
         EXPECT_LT(point.observations[i - 1].keyframe, o.keyframe);
       }

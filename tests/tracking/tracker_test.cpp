@@ -247,7 +247,7 @@ TEST(Tracker, ALandmarkThatIsGoneIsCarriedByItsDepth) {
   for (std::size_t i = 1; i <= 3; ++i) (void)s.track(i);
   // Most landmarks leave the map; the last frame's keypoints still lead to the next pose.
   for (std::uint32_t i = 0; i < s.world.size(); ++i) {
-    if (s.map.point_of(i).valid() && i % 4 != 0) s.map.map.remove_point(s.map.point_of(i));
+    if (s.map.point_of(i).valid() && i % 4 != 0) s.map.map.remove(s.map.point_of(i));
   }
   s.local = s.map.snapshot();
   const TrackedFrame tracked = s.track(4);
