@@ -36,8 +36,21 @@ Matrix6d hessian_matrix(const Normal& normal) {
   return h;
 }
 
-// Levenberg-Marquardt with the damping on the diagonal of J^T W J (Marquardt 1963). Stops early where a step
-// gains less than `gain` of the cost. Leaves the pose at the best state found.
+// What the damping of Levenberg and Marquardt multiplies: the diagonal of J^T W J (Marquardt 1963). Parallel
+// lines leave a direction unseen that lies askew to the axes; there, only a damping that is alike in all
+// directions keeps the step out of it, so with lines each half of the pose has the mean of its diagonal. The
+// floor keeps a direction that no match sees solvable; the step along it is then zero.
+Vector6d damping_scale(const Matrix6d& h, bool with_lines) {
+  Vector6d scale = h.diagonal();
+  if (with_lines) {
+    scale.head<3>().setConstant(scale.head<3>().mean());
+    scale.tail<3>().setConstant(scale.tail<3>().mean());
+  }
+  return scale.cwiseMax(1e-6);
+}
+
+// Levenberg-Marquardt. Stops early where a step gains less than `gain` of the cost. Leaves the pose at the
+// best state found.
 void minimize(const Camera& camera, bool robust, int iterations, double gain, Tables& tables, SE3& T_cw) {
   constexpr double kFirstDamping = 1e-4, kMostDamping = 1e8, kSmallStep = 1e-10;
   Normal now, trial;
@@ -45,8 +58,7 @@ void minimize(const Camera& camera, bool robust, int iterations, double gain, Ta
   double damping = kFirstDamping;
   for (int i = 0; i < iterations && damping < kMostDamping; ++i) {
     Matrix6d h = hessian_matrix(now);
-    // The floor keeps a direction that no match sees solvable; the step along it is then zero.
-    for (int d = 0; d < 6; ++d) h(d, d) += damping * std::max(h(d, d), 1e-6);
+    h.diagonal() += damping * damping_scale(h, !tables.lines.blocks().empty());
     const Vector6d step = -h.ldlt().solve(Eigen::Map<const Vector6d>(now.gradient));
     if (!step.allFinite()) return;
     if (step.squaredNorm() < kSmallStep * kSmallStep) return;
