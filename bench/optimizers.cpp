@@ -111,6 +111,7 @@ BundleProblem local_bundle(int poses, int points) {
 // wrong.
 void add_line(BundleProblem& problem, const std::vector<SE3>& T_cw, Random& random) {
   constexpr std::size_t kSeenFrom = 8;
+  constexpr double kShortestSegment = 25.0;  // pixels; what the detector keeps
   const auto first =
       static_cast<std::size_t>(random.uniform(0, static_cast<double>(T_cw.size() - kSeenFrom)));
   const Eigen::Vector3d a = T_cw[first + kSeenFrom / 2].inverse() * point_in_view(random);
@@ -118,6 +119,7 @@ void add_line(BundleProblem& problem, const std::vector<SE3>& T_cw, Random& rand
   for (std::size_t i = first; i < first + kSeenFrom; ++i) {
     const Eigen::Vector3d a_c = T_cw[i] * a, b_c = T_cw[i] * b;
     if (a_c.z() < 0.3 || b_c.z() < 0.3) continue;
+    if ((kCamera.project(a_c) - kCamera.project(b_c)).norm() < kShortestSegment) continue;
     const double sigma = random.uniform(0.0, 1.0) < 0.05 ? 10.0 : 1.0;
     const bool depth = random.uniform(0.0, 1.0) < 0.8;
     BundleProblem::LineObservation o;

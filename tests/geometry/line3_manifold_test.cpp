@@ -1,6 +1,6 @@
 #include "geometry/line3_manifold.hpp"
 
-#include <numbers>
+#include <cmath>
 #include <vector>
 
 #include <Eigen/LU>
@@ -53,11 +53,14 @@ TEST(Line3Manifold, holds_what_ceres_asks_of_a_manifold) {
   using namespace ceres;  // the macro below needs its matchers unqualified
   const Line3Manifold manifold;
   for (const Line3& x : kLines)
-    for (const Line3& y : kLines)
+    for (Line3 y : kLines) {
+      // Within the right angle that its steps reach.
+      if (x.direction.dot(y.direction) < 0.0) y = {-y.moment, -y.direction};
       for (const double size : {1e-6, 1e-3, 0.3, 2.0}) {
         const Eigen::VectorXd delta = size * Eigen::Vector4d(0.4, -0.6, 0.5, -0.7);
         EXPECT_THAT_MANIFOLD_INVARIANTS_HOLD(manifold, block(x), delta, block(y), 1e-9);
       }
+    }
 }
 
 TEST(Line3Manifold, moves_a_line_to_a_line) {
@@ -71,11 +74,26 @@ TEST(Line3Manifold, moves_a_line_to_a_line) {
 TEST(Line3Manifold, turns_by_the_first_two_components_and_shifts_by_the_others) {
   for (const Line3& line : kLines) {
     const Line3 turned = moved(line, {0.3, -0.4, 0.0, 0.0});
-    EXPECT_NEAR(turned.direction.dot(line.direction), std::cos(0.5), 1e-15);
-    EXPECT_NEAR(turned.moment.norm(), line.moment.norm(), 1e-15);  // about the origin
+    EXPECT_NEAR(turned.direction.dot(line.direction), std::cos(std::atan(0.5)), 1e-15);
+    EXPECT_NEAR(turned.distance(line.nearest_to_origin()), 0.0, 1e-14);
     const Line3 shifted = moved(line, {0.0, 0.0, 0.3, -0.4});
     EXPECT_LT((shifted.direction - line.direction).norm(), 1e-15);
     EXPECT_NEAR((shifted.nearest_to_origin() - line.nearest_to_origin()).norm(), 0.5, 1e-15);
+  }
+}
+
+TEST(Line3Manifold, the_points_of_a_line_move_in_proportion_to_the_step) {
+  const Eigen::Vector4d delta(0.4, -0.6, 0.5, -0.7);
+  for (const Line3& line : kLines) {
+    const Eigen::Vector3d p = line.nearest_to_origin() + 3.0 * line.direction;
+    // Where the moved line passes the plane through p at a right angle to the line.
+    const auto movement = [&](double scale) -> Eigen::Vector3d {
+      const Line3 to = moved(line, scale * delta);
+      const Eigen::Vector3d q = to.nearest_to(p);
+      return q + (p - q).dot(line.direction) / to.direction.dot(line.direction) * to.direction - p;
+    };
+    EXPECT_GT(movement(1.0).norm(), 0.5);
+    EXPECT_LT((movement(2.0) - 2.0 * movement(1.0)).norm(), 1e-13);
   }
 }
 
@@ -89,14 +107,12 @@ TEST(Line3Manifold, has_four_degrees_of_freedom_at_every_line) {
   }
 }
 
-TEST(Line3Manifold, a_line_that_runs_the_other_way_is_half_a_turn_away) {
-  const Line3 line = kLines[0], back{-line.moment, -line.direction};
+TEST(Line3Manifold, no_step_leads_to_a_line_at_a_right_angle_or_the_other_way) {
+  const Line3 line = kLines[1], across = *Line3::through({0.0, 2.0, 1.0}, {1.0, 2.0, 1.0}),
+              back{-line.moment, -line.direction};
   Eigen::Vector4d delta;
-  ASSERT_TRUE(Line3Manifold().Minus(block(back).data(), block(line).data(), delta.data()));
-  EXPECT_NEAR(delta.head<2>().norm(), std::numbers::pi, 1e-7);
-  const Line3 there = moved(line, delta);
-  EXPECT_LT((there.moment - back.moment).norm(), 1e-7);
-  EXPECT_LT((there.direction - back.direction).norm(), 1e-7);
+  EXPECT_FALSE(Line3Manifold().Minus(block(across).data(), block(line).data(), delta.data()));
+  EXPECT_FALSE(Line3Manifold().Minus(block(back).data(), block(line).data(), delta.data()));
 }
 
 }  // namespace

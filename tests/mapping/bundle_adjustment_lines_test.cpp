@@ -285,7 +285,7 @@ TEST(BundleAdjustmentWithLines, flags_wrong_observations_of_lines_and_only_those
   for (std::size_t i = 3; i < wrong.size(); i += 11) {
     auto& o = problem.line_observations[i];
     if (i % 2 == 1)
-      o.start += Eigen::Vector2d(14.0, -14.0), o.end += Eigen::Vector2d(14.0, 14.0);  // another edge
+      o.start += Eigen::Vector2d(25.0, -25.0), o.end += Eigen::Vector2d(-40.0, 30.0);  // another edge
     else
       o.inverse_start = 1.0, o.inverse_end = 1.0;  // somebody stands before it
     wrong[i] = 1;
