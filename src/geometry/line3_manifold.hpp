@@ -19,7 +19,7 @@ void to_line_block(const Line3& line, double* block);
 ///
 ///   line + (a1, a3, b1, b3) = the line through p + b1 u1 + b3 u3 along d + a1 u1 + a3 u3
 ///
-/// a: tangents of angles; b: metres. At first order these are the steps of the orthonormal representation
+/// a: tangents of angles; b: metres. To first order these are the steps of the orthonormal representation
 /// (Bartoli and Sturm, "Structure-from-motion using lines", CVIU 2005), so a Gauss-Newton step is the same.
 /// Two things differ in what a step of finite length does. The representation turns a line about the origin,
 /// and its observed stretch leaves the tangent as the square of the angle times its distance from there; here

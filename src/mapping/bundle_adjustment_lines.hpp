@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
 #include <ceres/ordered_groups.h>
 #include <ceres/problem.h>
