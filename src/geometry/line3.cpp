@@ -3,8 +3,7 @@
 namespace ipl_slam {
 namespace {
 
-constexpr double kMinExtent = 1e-6;    // m
-constexpr double kMinDistance = 1e-4;  // m, of a line from the camera centre
+constexpr double kMinExtent = 1e-6;  // m
 
 }  // namespace
 
@@ -23,7 +22,7 @@ Line3 operator*(const SE3& T_ab, const Line3& line_b) {
 
 std::optional<ImageLine> project_line(const Camera& camera, const Line3& line_c) {
   const Eigen::Vector3d& n = line_c.moment;
-  if (!(n.norm() > kMinDistance)) return std::nullopt;
+  if (!(n.norm() >= kMinLineDistance)) return std::nullopt;
   // l = K^-T n, times fx fy.
   const ImageLine l(
       camera.fy * n.x(), camera.fx * n.y(),
@@ -43,6 +42,7 @@ std::optional<ImageLine> image_line(const Eigen::Vector2d& start, const Eigen::V
 }
 
 double inverse_depth_at(const Camera& camera, const Line3& line_c, const Eigen::Vector2d& uv) {
+  if (!(line_c.moment.norm() >= kMinLineDistance)) return 0.0;
   const Eigen::Vector3d ray = camera.unproject(uv, 1.0);
   return ray.cross(line_c.direction).dot(line_c.moment) / line_c.moment.squaredNorm();
 }

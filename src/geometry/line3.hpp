@@ -35,14 +35,18 @@ struct Line3 {
 /// The same line in frame a, for T_ab and a line of frame b.
 [[nodiscard]] Line3 operator*(const SE3& T_ab, const Line3& line_b);
 
+/// A line that passes the camera centre by less than this shows as a point: it has no image line and no
+/// residual, metres.
+inline constexpr double kMinLineDistance = 1e-4;
+
 /// A line in the (undistorted) image: a u + b v + c = 0 with a^2 + b^2 = 1, so that a u + b v + c is the
 /// signed distance of (u, v), pixels.
 using ImageLine = Eigen::Vector3d;
 
 /// Where a line of the camera frame shows in the image. Its normal (a, b) is its direction turned by a
 /// quarter from the u- towards the v-axis: a line that runs to the right (+u) has positive distances below
-/// it (+v). Nothing where the line passes the camera centre by less than a tenth of a millimetre: it then
-/// shows as a point.
+/// it (+v). Nothing where the line passes the camera centre by less than kMinLineDistance, nor for a line in
+/// the plane through the camera centre parallel to the image plane, whose image lies at infinity.
 [[nodiscard]] std::optional<ImageLine> project_line(const Camera& camera, const Line3& line_c);
 
 /// Image line through two undistorted pixels, with the same convention for the normal. Nothing where they are
@@ -56,8 +60,8 @@ using ImageLine = Eigen::Vector3d;
 
 /// Inverse depth (1/m) of the point of a camera-frame line that shows at an undistorted pixel on, or very
 /// near, its projection: 1/z = (r x d) . n / n^2 with r the ray of the pixel at z = 1. Zero or below where
-/// the line is parallel to the ray or passes behind the camera there. Along the image of a line it is an
-/// affine function of the position.
+/// the line is parallel to the ray or passes behind the camera there, zero where it passes the camera centre
+/// by less than kMinLineDistance. Along the image of a line it is an affine function of the position.
 [[nodiscard]] double inverse_depth_at(const Camera& camera, const Line3& line_c, const Eigen::Vector2d& uv);
 
 }  // namespace ipl_slam

@@ -8,6 +8,7 @@ namespace ipl_slam {
 /// exceeds the value of its number of components in one case out of twenty.
 inline constexpr double kChi2For2Dof = 5.991;
 inline constexpr double kChi2For3Dof = 7.815;
+inline constexpr double kChi2For4Dof = 9.488;
 
 /// Huber's robust cost of a squared error s >= 0: s up to delta^2, growing with sqrt(s) beyond
 /// (Huber, "Robust estimation of a location parameter", 1964). Units: those of s; delta those of its root.

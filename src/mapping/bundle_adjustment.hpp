@@ -14,8 +14,8 @@
 
 namespace ipl_slam {
 
-/// Poses and points with the observations that tie them together, by index. No ids: the caller keeps the
-/// tables.
+/// Poses, points and lines with the observations that tie them together, by index. No ids: the caller keeps
+/// the tables.
 struct BundleProblem {
   struct Pose {
     SE3 T_cw;
@@ -63,6 +63,10 @@ struct BundleResult {
   /// used (not finite, weight or variance not above 0, behind the camera at the start). The test does not
   /// look at the weight, which says how much an observation may pull and not how far off it may be.
   std::vector<std::uint8_t> outlier;
+  /// The same per line observation, in as many degrees of freedom as it has measurements: 2 for its distances
+  /// from the line and one for each measured inverse depth. One that could not be used has, at the start, a
+  /// line without an image (project_line), or behind the camera at an end point.
+  std::vector<std::uint8_t> line_outlier;
   /// Half the sum of rho(weight x chi-square), Huber, over all observations that could be used, outliers
   /// among them: the two can be compared.
   double initial_cost = 0.0, final_cost = 0.0;
@@ -70,15 +74,15 @@ struct BundleResult {
   bool aborted = false;  ///< `abort` was raised: the problem holds the best state reached so far
 };
 
-/// Optimises poses and points in place: Ceres, Schur complement, analytic Jacobians
-/// (geometry/reprojection.hpp). Two phases, both with the Huber kernel: all observations, then those that
-/// pass the chi-square test after the first. Poses and points without an inlier at the end keep the value
-/// they came with, and so do fixed poses, to the last byte; where no pose is fixed the first is, since
-/// observations cannot tell where the world is.
+/// Optimises poses, points and lines in place: Ceres, Schur complement, analytic Jacobians
+/// (geometry/reprojection.hpp, geometry/line_reprojection.hpp). Two phases, both with the Huber kernel: all
+/// observations, then those that pass the chi-square test after the first. Poses, points and lines without an
+/// inlier at the end keep the value they came with, and so do fixed poses, to the last byte; where no pose is
+/// fixed the first is, since observations cannot tell where the world is.
 ///
 /// `abort`, when not null, is polled between steps; it may be raised from another thread. Runs on the calling
 /// thread alone: Ceres' own threads make the last digits of the result depend on their timing. Throws
-/// std::out_of_range for an observation whose index lies outside the poses or points.
+/// std::out_of_range for an observation whose index lies outside the poses, points or lines.
 BundleResult adjust_bundle(BundleProblem& problem, const Camera& camera, const DepthNoiseOptions& noise,
                            const BundleOptions& options, const std::atomic<bool>* abort = nullptr);
 

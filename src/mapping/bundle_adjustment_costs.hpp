@@ -14,6 +14,12 @@
 
 namespace ipl_slam {
 
+/// Bounds of what is taken for a coordinate, pixel or variance, the same as the pose optimiser's: beyond them
+/// squares lose their meaning.
+[[nodiscard]] inline bool sensible(double value) {
+  return std::abs(value) < 1e9;
+}
+
 /// The residual of geometry/reprojection.hpp as Ceres wants it: in standard deviations, times the root of the
 /// weight, as a function of the pose block of T_cw (geometry/se3_manifold.hpp) and the world point. kRows is
 /// 2 (pixel) or 3 (pixel and inverse depth). While the point has no projection the residual is a constant, so

@@ -93,6 +93,8 @@ TEST(Chi2, thresholds_leave_five_percent_of_the_distribution_outside) {
   EXPECT_NEAR(std::erfc(std::sqrt(kChi2For3Dof / 2.0)) +
                   std::sqrt(2.0 * kChi2For3Dof / std::acos(-1.0)) * std::exp(-kChi2For3Dof / 2.0),
               0.05, 1.3e-5);
+  // 4 degrees of freedom: 1 - F(x) = (1 + x/2) exp(-x/2), with the density 0.021 there.
+  EXPECT_NEAR((1.0 + kChi2For4Dof / 2.0) * std::exp(-kChi2For4Dof / 2.0), 0.05, 1.3e-5);
 }
 
 }  // namespace
