@@ -74,9 +74,11 @@ void add_synth_verb(CLI::App& app) {
   SyntheticOptions& o = a->options;
   verb->add_option("OUT_DIR", a->folder, "Folder to create, in the layout of the TUM RGB-D benchmark")
       ->required();
-  verb->add_option("--scene", o.scene, "What is drawn: room")->capture_default_str();
+  verb->add_option("--scene", o.scene,
+                   "What is drawn: room (furnished), white_room or corridor (edges, hardly any corners)")
+      ->capture_default_str();
   verb->add_option("--trajectory", o.trajectory,
-                   "Path of the camera: orbit, sweep, xyz, rpy, halfsphere or static")
+                   "Path of the camera: orbit, sweep, walk, xyz, rpy, halfsphere or static")
       ->capture_default_str();
   verb->add_option("--frames", o.frames, "Number of frames")->capture_default_str();
   verb->add_option("--fps", o.fps, "Frames per second")->capture_default_str();
@@ -84,9 +86,10 @@ void add_synth_verb(CLI::App& app) {
   verb->add_option("--height", o.height, "Image height, pixels")->capture_default_str();
   verb->add_option("--seed", o.seed, "Everything random depends on it: same seed, same bytes")
       ->capture_default_str();
-  verb->add_option("--people", o.people, "People who walk, stop, sit, leave and return")
+  verb->add_option("--people", o.people, "People who walk, stop, sit, leave and return, in the scene room")
       ->capture_default_str();
-  verb->add_option("--boxes", o.boxes, "Rigid moving things: a box pushed about, the door, more boxes")
+  verb->add_option("--boxes", o.boxes,
+                   "Rigid moving things in the scene room: a box pushed about, the door, more boxes")
       ->capture_default_str();
   verb->add_option("--motion-blur", o.motion_blur, "Renderings averaged over the exposure; 1 = no blur")
       ->capture_default_str();

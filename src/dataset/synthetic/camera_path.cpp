@@ -34,6 +34,36 @@ SE3 sweep(const CameraSite& site, double t) {
   return look_at(eye, eye + forward);
 }
 
+// Share of a way that is done after a share of its time, with a run-up and a slowing down of `ramp` each.
+double eased(double share, double ramp) {
+  const double top_speed = 1.0 / (1.0 - ramp);
+  if (share < ramp) return 0.5 * top_speed * share * share / ramp;
+  if (share > 1.0 - ramp) return 1.0 - eased(1.0 - share, ramp);
+  return top_speed * (share - 0.5 * ramp);
+}
+
+// Legs between the two ends at walking pace with a turn on the spot after each.
+SE3 walk(const CameraSite& site, double t) {
+  constexpr double kSpeed = 0.6;     // m/s, on the straight; bobbing and swaying add to it
+  constexpr double kRunUp = 1.0;     // s
+  constexpr double kTurnTime = 9.0;  // s
+  const Vector3d span = site.sweep_to - site.sweep_from;
+  const double leg_time = span.norm() / kSpeed + kRunUp;
+  const double leg = std::floor(t / (leg_time + kTurnTime));
+  const double in_leg = t - leg * (leg_time + kTurnTime);
+  const bool back = std::fmod(leg, 2.0) != 0.0;
+  const double done = eased(std::min(1.0, in_leg / leg_time), kRunUp / leg_time);
+  const double turn = eased(std::max(0.0, in_leg - leg_time) / kTurnTime, 0.3);
+  const double turned = pi * (back ? 1.0 - turn : turn);  // over the same side both times: the scene's
+  const Vector3d ahead = span.normalized();
+  const Vector3d left(-ahead.y(), ahead.x(), 0.0);
+  const Vector3d eye = site.sweep_from + (back ? 1.0 - done : done) * span + 0.10 * std::sin(0.8 * t) * left +
+                       Vector3d(0, 0, 0.015 * std::sin(7.0 * t));
+  const Eigen::AngleAxisd heading(turned + 0.22 * std::sin(0.5 * t) + 0.01 * std::sin(3.5 * t),
+                                  Vector3d::UnitZ());
+  return look_at(eye, eye + heading * ahead + Vector3d(0, 0, -0.12 + 0.06 * std::sin(0.37 * t)));
+}
+
 // A pulse out, back past the start and home again within each turn of `period` seconds; at rest at both ends.
 // The turns belong to the axes x, y, z in order.
 Vector3d turns(double t, double period, double amplitude) {
@@ -69,6 +99,7 @@ SE3 camera_pose(const std::string& path, const CameraSite& site, double time) {
   const SE3 T_station = look_at(site.station, site.look_at);
   if (path == "orbit") return orbit(site, time);
   if (path == "sweep") return sweep(site, time);
+  if (path == "walk") return walk(site, time);
   if (path == "xyz") return SE3(Eigen::Quaterniond::Identity(), turns(time, 5.0, 0.28)) * T_station;
   if (path == "rpy") {
     Vector6d twist;
@@ -77,7 +108,8 @@ SE3 camera_pose(const std::string& path, const CameraSite& site, double time) {
   }
   if (path == "halfsphere") return halfsphere(site, time);
   if (path == "static") return T_station;
-  throw UserError("trajectory '" + path + "' is not known: use orbit, sweep, xyz, rpy, halfsphere or static");
+  throw UserError("trajectory '" + path +
+                  "' is not known: use orbit, sweep, walk, xyz, rpy, halfsphere or static");
 }
 
 }  // namespace ipl_slam::synthetic

@@ -10,8 +10,10 @@
 
 #include "common/random.hpp"
 #include "dataset/synthetic/camera_path.hpp"
+#include "dataset/synthetic/corridor.hpp"
 #include "dataset/synthetic/renderer.hpp"
 #include "dataset/synthetic/room.hpp"
+#include "dataset/synthetic/white_room.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -61,6 +63,8 @@ Camera make_camera(const SyntheticOptions& options) {
 }
 
 synthetic::Scene make_scene(const SyntheticOptions& options) {
+  if (options.scene == "white_room") return synthetic::make_white_room(options.seed);
+  if (options.scene == "corridor") return synthetic::make_corridor(options.seed);
   synthetic::RoomContents contents;
   contents.seed = options.seed;
   contents.people = options.people;
@@ -84,6 +88,15 @@ void SyntheticOptions::check() const {
   SyntheticOptions copy = *this;
   RangeCheck range_check;
   copy.visit(range_check);
+  if (scene == "room") return;
+  if (people > 0 || boxes > 0) {
+    throw UserError(fmt::format("scene '{}' has no room for people or boxes: use the scene room", scene));
+  }
+  if (scene == "corridor" && (trajectory == "orbit" || trajectory == "sweep")) {
+    throw UserError(fmt::format(
+        "a corridor is too narrow for the trajectory {}: use walk, xyz, rpy, halfsphere or static",
+        trajectory));
+  }
 }
 
 SyntheticSource::SyntheticSource(const SyntheticOptions& options, unsigned threads)

@@ -38,8 +38,8 @@ struct SyntheticOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.choice("scene", scene, {"room"}, "what is drawn");
-    v.choice("trajectory", trajectory, {"orbit", "sweep", "xyz", "rpy", "halfsphere", "static"},
+    v.choice("scene", scene, {"room", "white_room", "corridor"}, "what is drawn");
+    v.choice("trajectory", trajectory, {"orbit", "sweep", "walk", "xyz", "rpy", "halfsphere", "static"},
              "path of the camera");
     v.number("seed", seed,
              {0, 9007199254740992.0, "", "every picture, motion and noise value depends on it"});
@@ -61,7 +61,7 @@ struct SyntheticOptions {
     v.section("depth_sensor", depth_sensor, "errors of the depth camera");
   }
 
-  /// Throws UserError naming the first value out of range.
+  /// Throws UserError naming the first value out of range, or what the scene has no room for.
   void check() const;
 };
 
