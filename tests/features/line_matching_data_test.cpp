@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -26,11 +27,11 @@ namespace {
 using testing::LineView;
 using testing::MatchScore;
 
-LineFeatures lines_of(const cv::Mat& color, const Camera& camera) {
+LineFeatures lines_of(const cv::Mat& color, const Camera& camera, LineMethod method) {
   cv::Mat grey;
   cv::cvtColor(color, grey, cv::COLOR_BGR2GRAY);
   LineFeatures lines;
-  lines.segments = LineDetector(LineMethod::kLsd, {}, camera).detect(grey);
+  lines.segments = LineDetector(method, {}, camera).detect(grey);
   lines.descriptors = describe_segments(grey, lines.segments, {});
   return lines;
 }
@@ -77,17 +78,22 @@ void record(const MatchScore& score, const char* kind) {
   property("matches_judged", score.judged);
 }
 
-class SyntheticPairs : public ::testing::TestWithParam<const char*> {};
+const char* name_of(LineMethod method) {
+  return method == LineMethod::kLsd ? "lsd" : "edges";
+}
+
+class SyntheticPairs : public ::testing::TestWithParam<std::tuple<const char*, LineMethod>> {};
 
 // Poses and depth are exact, so three pixels leave room for the detector alone.
 TEST_P(SyntheticPairs, AreMatchedRightly) {
   SyntheticOptions options;
-  options.trajectory = GetParam();
+  const auto [trajectory, method] = GetParam();
+  options.trajectory = trajectory;
   const SyntheticSource source(options, 2);
   const Camera camera = source.camera();
-  const auto view = [&](std::size_t frame) {
+  const auto view = [&, method = method](std::size_t frame) {
     const SyntheticFrame f = source.render(frame);
-    return LineView{lines_of(f.rgbd.color, camera), f.true_depth};
+    return LineView{lines_of(f.rgbd.color, camera, method), f.true_depth};
   };
   Scores scores;
   for (const std::size_t frame : {20U, 150U}) {
@@ -100,13 +106,17 @@ TEST_P(SyntheticPairs, AreMatchedRightly) {
   record(scores.unknown_pose, "unknown_pose"), record(scores.projected, "projected");
   EXPECT_GT(scores.unknown_pose.judged, 300);
   EXPECT_GE(scores.unknown_pose.precision(), 0.96);
-  EXPECT_GE(scores.unknown_pose.recall(), 0.80);
+  EXPECT_GE(scores.unknown_pose.recall(), 0.85);
   EXPECT_GE(scores.projected.precision(), 0.96);
-  EXPECT_GE(scores.projected.recall(), 0.80);
+  EXPECT_GE(scores.projected.recall(), 0.85);
 }
 
-INSTANTIATE_TEST_SUITE_P(Room, SyntheticPairs, ::testing::Values("orbit", "xyz", "rpy"),
-                         [](const auto& trajectory) { return std::string(trajectory.param); });
+INSTANTIATE_TEST_SUITE_P(Room, SyntheticPairs,
+                         ::testing::Combine(::testing::Values("orbit", "xyz", "rpy"),
+                                            ::testing::Values(LineMethod::kLsd, LineMethod::kEdges)),
+                         [](const auto& c) {
+                           return std::string(std::get<0>(c.param)) + "_" + name_of(std::get<1>(c.param));
+                         });
 
 /// Pose at a time between two stamps of motion capture, which come every 10 ms.
 std::optional<SE3> pose_at(const Trajectory& truth, double time) {
@@ -120,10 +130,12 @@ std::optional<SE3> pose_at(const Trajectory& truth, double time) {
   return before->T_wc * SE3::exp(share * (before->T_wc.inverse() * after->T_wc).log());
 }
 
+class RecordedPairs : public ::testing::TestWithParam<LineMethod> {};
+
 // The camera moves fast, its shutter rolls, depth is stamped some 15 ms off colour and has errors of 1 to 2
 // cm (about 1 px of parallax per 10 cm of motion at 1 m): four pixels instead of three, and the motion
 // refined by points.
-TEST(RecordedPairs, AreMatchedRightly) {
+TEST_P(RecordedPairs, AreMatchedRightly) {
   const char* data = std::getenv("IPL_SLAM_DATA");
   const auto folder = std::filesystem::path(data != nullptr ? data : "") / "fr1_desk_100";
   if (data == nullptr || !std::filesystem::is_directory(folder)) {
@@ -144,7 +156,7 @@ TEST(RecordedPairs, AreMatchedRightly) {
     if (i % kEvery != 0) continue;
     ASSERT_TRUE(item->frame) << item->detail;
     View view;
-    view.lines.lines = lines_of(item->frame->color, camera);
+    view.lines.lines = lines_of(item->frame->color, camera, GetParam());
     item->frame->depth.convertTo(view.lines.depth, CV_32F, 1.0 / camera.depth_scale);
     view.points = extractor.extract(item->frame->color, item->frame->depth);
     view.T_wc = pose_at(truth, item->timestamp);
@@ -162,10 +174,13 @@ TEST(RecordedPairs, AreMatchedRightly) {
   record(scores.unknown_pose, "unknown_pose"), record(scores.projected, "projected");
   EXPECT_GT(scores.unknown_pose.judged, 1000);
   EXPECT_GE(scores.unknown_pose.precision(), 0.90);
-  EXPECT_GE(scores.unknown_pose.recall(), 0.60);
+  EXPECT_GE(scores.unknown_pose.recall(), 0.70);
   EXPECT_GE(scores.projected.precision(), 0.90);
-  EXPECT_GE(scores.projected.recall(), 0.60);
+  EXPECT_GE(scores.projected.recall(), 0.75);
 }
+
+INSTANTIATE_TEST_SUITE_P(Desk, RecordedPairs, ::testing::Values(LineMethod::kLsd, LineMethod::kEdges),
+                         [](const auto& method) { return name_of(method.param); });
 
 }  // namespace
 }  // namespace ipl_slam
