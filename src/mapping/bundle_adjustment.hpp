@@ -80,6 +80,10 @@ struct BundleResult {
 /// inlier at the end keep the value they came with, and so do fixed poses, to the last byte; where no pose is
 /// fixed the first is, since observations cannot tell where the world is.
 ///
+/// What neither depth nor parallax determines (a line that one camera sees, say) does not disturb the rest,
+/// but noise may carry it far along the direction that is open: judge it by its parallax before it is
+/// believed.
+///
 /// `abort`, when not null, is polled between steps; it may be raised from another thread. Runs on the calling
 /// thread alone: Ceres' own threads make the last digits of the result depend on their timing. Throws
 /// std::out_of_range for an observation whose index lies outside the poses, points or lines.
