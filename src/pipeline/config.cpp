@@ -27,6 +27,7 @@ Config preset(std::string_view name) {
 
 std::optional<LineMethod> line_method(const FeatureOptions& options) {
   if (options.lines == "lsd") return LineMethod::kLsd;
+  if (options.lines == "edges") return LineMethod::kEdges;
   return std::nullopt;
 }
 
