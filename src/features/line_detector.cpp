@@ -85,13 +85,10 @@ void LineDetector::find_edges(const cv::Mat& image, int octave, std::vector<Line
   const auto units = [](double gradient) {
     return static_cast<int>(std::lround(gradient * kEdgeGradientUnit));
   };
-  EdgeWalk walk;
-  walk.min_magnitude = units(options_.edges.min_gradient);
-  walk.anchor_magnitude = units(options_.edges.anchor_gradient);
-  walk.min_points = static_cast<std::size_t>(options_.edges.pieces.seed_points);
   EdgeMap& map = maps_[static_cast<std::size_t>(octave)];
-  compute_edge_map(image, walk.anchor_magnitude, map);
-  chain_finder_.find(map, walk, chains_);
+  compute_edge_map(image, units(options_.edges.anchor_gradient), map);
+  chain_finder_.find(map, units(options_.edges.min_gradient),
+                     static_cast<std::size_t>(options_.edges.pieces.seed_points), chains_);
   const double pixel = std::ldexp(1.0, octave);
   for (EdgePoint& p : chains_.points) {
     const Eigen::Vector2f q = undistort_(to_full(Vector2d(p.u, p.v), octave).cast<float>());
