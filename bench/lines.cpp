@@ -79,13 +79,11 @@ void edge_map(benchmark::State& state, const std::vector<cv::Mat>& images) {
 void edge_chains(benchmark::State& state, const std::vector<cv::Mat>& images) {
   std::vector<EdgeMap> maps(images.size());
   for (std::size_t i = 0; i < images.size(); ++i) compute_edge_map(images[i], 5 * kEdgeGradientUnit, maps[i]);
-  const EdgeWalk walk{
-      .min_magnitude = 3 * kEdgeGradientUnit, .anchor_magnitude = 5 * kEdgeGradientUnit, .min_points = 12};
   EdgeChainFinder finder;
   EdgeChains chains;
   std::size_t i = 0;
   for (auto _ : state) {
-    finder.find(maps[i++ % maps.size()], walk, chains);
+    finder.find(maps[i++ % maps.size()], 3 * kEdgeGradientUnit, 12, chains);
     benchmark::DoNotOptimize(chains.points.data());
   }
 }

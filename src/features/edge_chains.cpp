@@ -32,7 +32,7 @@ EdgePoint edge_point(const EdgeMap& map, std::size_t i) {
 }  // namespace
 
 // Counting sort: strongest first, equally strong ones in the order of their places.
-void EdgeChainFinder::collect_anchors(const EdgeMap& map, int min_magnitude) {
+void EdgeChainFinder::collect_anchors(const EdgeMap& map) {
   unsorted_.clear();
   bucket_ends_.assign(kBuckets + 1, 0);
   const auto bucket = [&](std::size_t i) {
@@ -40,7 +40,7 @@ void EdgeChainFinder::collect_anchors(const EdgeMap& map, int min_magnitude) {
   };
   const std::size_t size = map.is_ridge.size();
   const auto add = [&](std::size_t i) {
-    if (map.is_ridge[i] == 0 || map.magnitude[i] < min_magnitude) return;
+    if (map.is_ridge[i] == 0) return;
     unsorted_.push_back(static_cast<std::uint32_t>(i));
     ++bucket_ends_[bucket(i) + 1];
   };
@@ -86,12 +86,13 @@ void EdgeChainFinder::follow(const EdgeMap& map, std::size_t from, int direction
   }
 }
 
-void EdgeChainFinder::find(const EdgeMap& map, const EdgeWalk& walk, EdgeChains& chains) {
+void EdgeChainFinder::find(const EdgeMap& map, int min_magnitude, std::size_t min_points,
+                           EdgeChains& chains) {
   chains.points.clear();
   chains.begins.assign(1, 0);
   visited_.assign(map.magnitude.size(), 0);
-  collect_anchors(map, std::max(walk.anchor_magnitude, 1));
-  const int min_magnitude = std::max(walk.min_magnitude, 1);  // never onto the border, where it is 0
+  collect_anchors(map);
+  min_magnitude = std::max(min_magnitude, 1);  // never onto the border, where it is 0
   for (const std::uint32_t anchor : anchors_) {
     if (visited_[anchor] != 0) continue;
     visited_[anchor] = 1;
@@ -100,7 +101,7 @@ void EdgeChainFinder::find(const EdgeMap& map, const EdgeWalk& walk, EdgeChains&
     std::reverse(path_.begin(), path_.end());
     path_.push_back(anchor);
     follow(map, anchor, 1, min_magnitude);
-    if (path_.size() < walk.min_points) continue;
+    if (path_.size() < min_points) continue;
     for (const std::uint32_t i : path_) chains.points.push_back(edge_point(map, i));
     chains.begins.push_back(chains.points.size());
   }

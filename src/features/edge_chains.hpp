@@ -20,24 +20,19 @@ struct EdgeChains {
   std::vector<std::size_t> begins;  ///< where each chain begins, and at last where the last one ends
 };
 
-/// Thresholds on the magnitude of EdgeMap and on the length of what is kept.
-struct EdgeWalk {
-  int min_magnitude = 0;       ///< a chain ends where the gradient falls below this
-  int anchor_magnitude = 0;    ///< a chain begins at a ridge at least this strong
-  std::size_t min_points = 2;  ///< shorter chains are dropped
-};
-
 /// Walks along the ridges of the gradient (Topal and Akinlar, "Edge drawing: a combined real-time edge and
-/// segment detector", JVCIR 2012): from every anchor, the strongest first, one pixel after the other to the
-/// strongest of the three neighbours ahead, in both directions. Here "ahead" comes from the gradient at the
-/// pixel alone, so that a walk never turns round and never changes over to an edge of opposite contrast.
+/// segment detector", JVCIR 2012): from every ridge pixel, the strongest first, one pixel after the other to
+/// the strongest of the three neighbours ahead, in both directions. Here "ahead" comes from the gradient at
+/// the pixel alone, so that a walk never turns round and never changes over to an edge of opposite contrast.
 /// Positions are those of the peak of a parabola through the magnitudes across the edge.
 class EdgeChainFinder {
  public:
-  void find(const EdgeMap& map, const EdgeWalk& walk, EdgeChains& chains);
+  /// A chain ends where the magnitude falls below `min_magnitude` (units of EdgeMap); chains of fewer than
+  /// `min_points` points are dropped. `chains` keeps its memory from call to call.
+  void find(const EdgeMap& map, int min_magnitude, std::size_t min_points, EdgeChains& chains);
 
  private:
-  void collect_anchors(const EdgeMap& map, int min_magnitude);
+  void collect_anchors(const EdgeMap& map);
   void follow(const EdgeMap& map, std::size_t from, int direction, int min_magnitude);
 
   std::vector<std::uint32_t> anchors_, unsorted_, path_;

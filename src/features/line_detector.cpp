@@ -14,21 +14,34 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr int kMinSide = 16;  // pixels; octaves smaller than this hold no segment worth having
-constexpr double kContrastReach =
-    1.5;                               // pixels to either side of an edge, beyond the blur of lens and sensor
-constexpr double kContrastStep = 2.0;  // pixels between samples along an edge
+// Many cameras deliver a dark last row (TUM's do): a long line that moves with the camera. Pixels.
+constexpr int kBorder = 2;
+// To either side of an edge, beyond the blur of lens and sensor. Pixels.
+constexpr double kContrastReach = 1.5;
+constexpr double kContrastStep = 2.0;  // between samples along an edge, pixels
 
-// Full size first. cv::pyrDown keeps the centre of pixel 0 in its place: pixel x of octave o lies at 2^o x.
+// Full size first, without the outermost pixels.
 std::vector<cv::Mat> pyramid_of(const cv::Mat& grey, int octaves) {
   std::vector<cv::Mat> images;
-  for (cv::Mat image = grey;;) {
-    if (std::min(image.rows, image.cols) < kMinSide) return images;
-    images.push_back(image);
-    if (images.size() == static_cast<std::size_t>(octaves)) return images;
+  const cv::Rect inside(kBorder, kBorder, grey.cols - 2 * kBorder, grey.rows - 2 * kBorder);
+  if (std::min(inside.width, inside.height) < kMinSide) return images;
+  images.push_back(grey(inside).clone());  // a part of an image would let OpenCV look beyond its border
+  while (images.size() < static_cast<std::size_t>(octaves)) {
     cv::Mat half;
-    cv::pyrDown(image, half);
-    image = half;
+    cv::pyrDown(images.back(), half);
+    if (std::min(half.rows, half.cols) < kMinSide) break;
+    images.push_back(half);
   }
+  return images;
+}
+
+// Pixels of an octave of the pyramid and of the full image. cv::pyrDown keeps the centre of pixel 0 in its
+// place.
+Vector2d to_full(const Vector2d& p, int octave) {
+  return std::ldexp(1.0, octave) * p + Vector2d(kBorder, kBorder);
+}
+Vector2d to_octave(const Vector2d& p, int octave) {
+  return std::ldexp(1.0, -octave) * (p - Vector2d(kBorder, kBorder));
 }
 
 // Grey value between pixels; beyond the border that of the border.
@@ -59,12 +72,11 @@ void LineDetector::find_lsd(const cv::Mat& image, int octave, std::vector<LineSe
   constexpr double kShrink = 0.8, kShift = 0.5 / kShrink - 0.5;
   std::vector<cv::Vec4f> lines;
   cv::createLineSegmentDetector(cv::LSD_REFINE_STD, kShrink)->detect(image, lines);
-  const double pixel = std::ldexp(1.0, octave);
   for (const cv::Vec4f& l : lines) {
     const Vector2d end(l[0] + kShift, l[1] + kShift), start(l[2] + kShift, l[3] + kShift);
     if ((end - start).norm() < options_.min_piece) continue;
-    pieces.push_back(
-        segment_between(camera_.undistort(pixel * start), camera_.undistort(pixel * end), octave));
+    pieces.push_back(segment_between(camera_.undistort(to_full(start, octave)),
+                                     camera_.undistort(to_full(end, octave)), octave));
   }
 }
 
@@ -73,16 +85,13 @@ void LineDetector::find_edges(const cv::Mat& image, int octave, std::vector<Line
   const auto units = [](double gradient) {
     return static_cast<int>(std::lround(gradient * kEdgeGradientUnit));
   };
-  EdgeWalk walk;
-  walk.min_magnitude = units(options_.edges.min_gradient);
-  walk.anchor_magnitude = units(options_.edges.anchor_gradient);
-  walk.min_points = static_cast<std::size_t>(options_.edges.pieces.seed_points);
   EdgeMap& map = maps_[static_cast<std::size_t>(octave)];
-  compute_edge_map(image, walk.anchor_magnitude, map);
-  chain_finder_.find(map, walk, chains_);
+  compute_edge_map(image, units(options_.edges.anchor_gradient), map);
+  chain_finder_.find(map, units(options_.edges.min_gradient),
+                     static_cast<std::size_t>(options_.edges.pieces.seed_points), chains_);
   const double pixel = std::ldexp(1.0, octave);
   for (EdgePoint& p : chains_.points) {
-    const Eigen::Vector2f q = undistort_(static_cast<float>(pixel) * Eigen::Vector2f(p.u, p.v));
+    const Eigen::Vector2f q = undistort_(to_full(Vector2d(p.u, p.v), octave).cast<float>());
     p.u = q.x();
     p.v = q.y();
   }
@@ -106,8 +115,8 @@ float LineDetector::contrast(const cv::Mat& image, const LineSegment& segment) c
   double sum = 0.0;
   for (int i = 0; i < samples; ++i) {
     const Vector2d p = start + (i + 0.5) / samples * run;
-    sum +=
-        sample(image, camera_.distort(p + right) / pixel) - sample(image, camera_.distort(p - right) / pixel);
+    sum += sample(image, to_octave(camera_.distort(p + right), segment.octave)) -
+           sample(image, to_octave(camera_.distort(p - right), segment.octave));
   }
   return static_cast<float>(sum / samples);
 }

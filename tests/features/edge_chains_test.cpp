@@ -17,7 +17,7 @@ EdgeChains chains_of(const cv::Mat& image, std::size_t min_points = 5) {
   compute_edge_map(image, 600, map);
   EdgeChains chains;
   EdgeChainFinder finder;
-  finder.find(map, {.min_magnitude = 400, .anchor_magnitude = 600, .min_points = min_points}, chains);
+  finder.find(map, 400, min_points, chains);
   return chains;
 }
 
