@@ -1,7 +1,5 @@
-// The search for known lines that every tracked frame pays for: 60 lines of a keyframe of the synthetic room,
-// a pixel or three beside where they are, in the frame after it.
-
-#include "tracking/line_search.hpp"
+// The search for known lines that every tracked frame pays for: the 60 longest lines of a frame of the
+// synthetic room, looked for in that same frame up to three pixels beside where they are.
 
 #include <vector>
 
