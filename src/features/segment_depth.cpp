@@ -27,6 +27,7 @@ constexpr std::uint64_t kSeed = 1;     // the draws depend on the data alone
 struct Sample {
   double t;        // position along the undistorted segment, 0 at its start, 1 at its end
   double inverse;  // 1/z, 1/m
+  bool edge;       // background shows beside it
 };
 
 /// Inverse depth (1 - t) at_0 + t at_1, through two or more samples.
@@ -98,12 +99,13 @@ class SegmentSampler {
     const Eigen::Vector2d uv = camera_.distort(start_ + t * span_);
     std::array<Pixel, 2 * kReach + 1> pixels;
     std::size_t count = 0;
-    std::uint16_t nearest = 0;
+    std::uint16_t nearest = 0, most_distant = 0;
     for (int k = 0; k <= 2 * kReach; ++k) {
       const int side = (k + 1) / 2 * (k % 2 ? 1 : -1);  // 0, 1, -1, 2, -2, ...
       const std::optional<Pixel> pixel = read(uv + side * across_);
       if (!pixel) continue;
       nearest = count == 0 ? pixel->raw : std::min(nearest, pixel->raw);
+      most_distant = std::max(most_distant, pixel->raw);
       pixels[count++] = *pixel;
     }
     if (count == 0) return std::nullopt;
@@ -112,7 +114,7 @@ class SegmentSampler {
     while (chosen->raw > farthest) ++chosen;  // the nearest itself ends the search at the latest
     // The pixel's centre is not quite at t.
     const double shift = (Eigen::Vector2d(chosen->x, chosen->y) - uv).dot(along_) / length_;
-    return Sample{t + shift, scale_ / chosen->raw};
+    return Sample{t + shift, scale_ / chosen->raw, most_distant > farthest};
   }
 
  private:
@@ -179,8 +181,11 @@ SegmentDepth segment_depth(const cv::Mat& depth, const LineSegment& segment, con
   const double shared = std::max(1.0, options.correlation_length * (drawn - 1) / sampler.length());
   // The fit takes two of the independent samples' errors away with it.
   const double variance = squares / std::max(1.0, count - 2.0 * shared) * shared;
-  const Eigen::Matrix2d covariance = variance * line.normal_matrix(found->inliers).inverse() +
-                                     options.resolution * options.resolution * Eigen::Matrix2d::Identity();
+  const auto edges = std::count_if(found->inliers.begin(), found->inliers.end(),
+                                   [&](std::uint32_t i) { return samples[i].edge; });
+  const double common = 2.0 * static_cast<double>(edges) > count ? options.edge_sigma : options.resolution;
+  const Eigen::Matrix2d covariance =
+      variance * line.normal_matrix(found->inliers).inverse() + common * common * Eigen::Matrix2d::Identity();
   return {.inverse_start = static_cast<float>(model->x()),
           .inverse_end = static_cast<float>(model->y()),
           .covariance = covariance.cast<float>()};

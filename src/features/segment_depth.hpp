@@ -16,6 +16,7 @@ struct SegmentDepthOptions {
   double edge_gap = 0.02;     ///< what lies farther behind the nearest surface across is background, 1/m
   double tolerance = 0.008;   ///< a sample this near to the line agrees with it, 1/m
   double resolution = 0.001;  ///< error of each end that no averaging takes away, 1/m
+  double edge_sigma = 0.03;   ///< the same of a segment on a depth edge, 1/m
   double correlation_length = 4.0;  ///< depth samples nearer than this count as one, pixels
   double min_support = 0.4;         ///< share of the samples that must agree
   double min_span = 0.6;            ///< share of the segment between the outermost samples that agree
@@ -29,6 +30,10 @@ struct SegmentDepthOptions {
              {1e-5, 1.0, "1/m", "inverse depth this near to the fitted line agrees with it"});
     v.number("resolution", resolution,
              {0.0, 1.0, "1/m", "standard deviation of an end's inverse depth that no averaging takes away"});
+    v.number("edge_sigma", edge_sigma,
+             {0.0, 1.0, "1/m",
+              "the same where background shows beside most of the segment: outlines in the depth image are "
+              "off by pixels"});
     v.number("correlation_length", correlation_length,
              {0.0, 100.0, "pixel", "errors of depth pixels nearer than this are taken for one"});
     v.number("min_support", min_support,
@@ -47,7 +52,7 @@ struct SegmentDepthOptions {
 ///
 /// The covariance is that of least squares with the variance of the residuals, as if only one sample in
 /// every correlation_length had been drawn (neighbouring pixels of a depth camera share their error), plus
-/// resolution^2 at each end.
+/// resolution^2 at each end, or edge_sigma^2 where most samples lie on a depth edge.
 ///
 /// Not known where fewer than six samples or a share below min_support agree, where those span less than
 /// min_span, or where the line reaches beyond noise.max_depth. `depth` is CV_16UC1, raw units, registered to

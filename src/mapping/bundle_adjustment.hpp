@@ -33,9 +33,10 @@ struct BundleProblem {
     Eigen::Vector2d start = Eigen::Vector2d::Zero();  ///< end points of the segment, undistorted pixels
     Eigen::Vector2d end = Eigen::Vector2d::Zero();
     double sigma2 = 1.0;  ///< variance of an end point across the line, pixel^2
-    /// Measured inverse depth at the end points, 1/m; <= 0 = none. Their standard deviation is
-    /// DepthNoiseOptions::inverse_depth_sigma.
+    /// Measured inverse depth at the end points, 1/m; <= 0 = none.
     double inverse_start = 0.0, inverse_end = 0.0;
+    /// Their standard deviations, 1/m; 0 = DepthNoiseOptions::inverse_depth_sigma.
+    double sigma_start = 0.0, sigma_end = 0.0;
     double weight = 1.0;  ///< in (0, 1]
   };
   std::vector<Pose> poses;

@@ -21,6 +21,7 @@ namespace ipl_slam {
 struct LineEnd {
   Eigen::Vector2d uv;    ///< undistorted pixel
   double inverse_depth;  ///< measured, 1/m; <= 0 = none
+  double sigma;          ///< its standard deviation, 1/m
 };
 
 /// Whether a line of the camera frame has an image and lies in front of the camera at both end points.
@@ -39,11 +40,11 @@ template <int kRows>
 class LineCost final : public ceres::SizedCostFunction<kRows, kPoseBlockSize, kLineBlockSize> {
  public:
   /// The camera must outlive the cost. End points with a depth come first.
-  LineCost(const Camera& camera, const DepthNoiseOptions& noise, const std::array<LineEnd, 2>& ends,
-           double sigma2, double weight)
+  LineCost(const Camera& camera, const std::array<LineEnd, 2>& ends, double sigma2, double weight)
       : camera_(&camera), ends_(ends) {
-    scale_.setConstant(std::sqrt(weight) / noise.inverse_depth_sigma);
     scale_.template head<2>().setConstant(std::sqrt(weight / sigma2));
+    for (int i = 2; i < kRows; ++i)
+      scale_[i] = std::sqrt(weight) / ends[static_cast<std::size_t>(i - 2)].sigma;
     behind_ = std::sqrt(weight * kBehindCameraChi2 / kRows);
   }
 

@@ -18,8 +18,9 @@ double threshold(int rows) {
 
 bool usable(const BundleProblem::LineObservation& o) {
   return sensible(o.start.x()) && sensible(o.start.y()) && sensible(o.end.x()) && sensible(o.end.y()) &&
-         std::isfinite(o.inverse_start) && std::isfinite(o.inverse_end) && o.sigma2 > 1e-9 &&
-         sensible(o.sigma2) && o.weight > 0.0 && sensible(o.weight);
+         std::isfinite(o.inverse_start) && std::isfinite(o.inverse_end) && std::isfinite(o.sigma_start) &&
+         std::isfinite(o.sigma_end) && o.sigma2 > 1e-9 && sensible(o.sigma2) && o.weight > 0.0 &&
+         sensible(o.weight);
 }
 
 bool usable(const Line3& line) {
@@ -39,16 +40,18 @@ std::unique_ptr<ceres::CostFunction> make_cost(const BundleProblem& problem,
   const SE3& T_cw = problem.poses[o.pose].T_cw;
   const Line3& line_w = problem.lines[o.line];
   if (!usable(o) || !usable(line_w) || !usable(T_cw)) return nullptr;
-  std::array<LineEnd, 2> ends{{{o.start, o.inverse_start}, {o.end, o.inverse_end}}};
+  const auto sigma = [&](double own) { return own > 0.0 ? own : noise.inverse_depth_sigma; };
+  std::array<LineEnd, 2> ends{
+      {{o.start, o.inverse_start, sigma(o.sigma_start)}, {o.end, o.inverse_end, sigma(o.sigma_end)}}};
   if (!shows_at(camera, T_cw * line_w, ends)) return nullptr;
 
   const auto has_depth = [&](const LineEnd& end) {
     return end.inverse_depth * noise.max_depth >= 1.0 && end.inverse_depth * kMinProjectionDepth <= 1.0;
   };
   if (!has_depth(ends[0])) std::swap(ends[0], ends[1]);
-  if (!has_depth(ends[0])) return std::make_unique<LineCost<2>>(camera, noise, ends, o.sigma2, o.weight);
-  if (!has_depth(ends[1])) return std::make_unique<LineCost<3>>(camera, noise, ends, o.sigma2, o.weight);
-  return std::make_unique<LineCost<4>>(camera, noise, ends, o.sigma2, o.weight);
+  if (!has_depth(ends[0])) return std::make_unique<LineCost<2>>(camera, ends, o.sigma2, o.weight);
+  if (!has_depth(ends[1])) return std::make_unique<LineCost<3>>(camera, ends, o.sigma2, o.weight);
+  return std::make_unique<LineCost<4>>(camera, ends, o.sigma2, o.weight);
 }
 
 // Squared residual in standard deviations, weight included.

@@ -50,7 +50,7 @@ class LocalBundle {
                                                             int limit) const;
   void add_pose(const Map& map, KeyframeId id, bool fixed);
   void add_points(const Map& map);
-  void add_lines(const Map& map, double line_sigma);
+  void add_lines(const Map& map, const LocalBundleOptions& options);
 
   std::vector<KeyframeId> poses_;
   std::map<KeyframeId, std::uint32_t> pose_index_;
@@ -69,7 +69,7 @@ LocalBundle::LocalBundle(const Map& map, KeyframeId centre, const LocalBundleOpt
   for (const KeyframeId id : free) add_pose(map, id, id.value == 0 || (fixed.empty() && id == *free.begin()));
   for (const KeyframeId id : fixed) add_pose(map, id, true);
   add_points(map);
-  add_lines(map, options.line_sigma);
+  add_lines(map, options);
 }
 
 // Of the other keyframes that see the landmarks, those that see most of them.
@@ -115,7 +115,7 @@ void LocalBundle::add_points(const Map& map) {
   }
 }
 
-void LocalBundle::add_lines(const Map& map, double line_sigma) {
+void LocalBundle::add_lines(const Map& map, const LocalBundleOptions& options) {
   for (std::uint32_t i = 0; i < lines_.size(); ++i) {
     const Line& line = map.lines()[lines_[i]];
     problem.lines.push_back(line.line);
@@ -123,10 +123,19 @@ void LocalBundle::add_lines(const Map& map, double line_sigma) {
       const auto pose = pose_index_.find(o.keyframe);
       if (pose == pose_index_.end()) continue;
       const LineSegment& segment = map.keyframes()[o.keyframe].line_features->segments[o.feature];
-      const double sigma = line_sigma * std::exp2(segment.octave);
-      problem.line_observations.push_back({pose->second, i, segment.start.cast<double>(),
-                                           segment.end.cast<double>(), sigma * sigma,
-                                           segment.depth.inverse_start, segment.depth.inverse_end, 1.0});
+      const double sigma = options.line_sigma * std::exp2(segment.octave);
+      const auto depth_sigma = [&](int end) {
+        return std::hypot(options.line_depth_sigma, std::sqrt(segment.depth.covariance(end, end)));
+      };
+      problem.line_observations.push_back({.pose = pose->second,
+                                           .line = i,
+                                           .start = segment.start.cast<double>(),
+                                           .end = segment.end.cast<double>(),
+                                           .sigma2 = sigma * sigma,
+                                           .inverse_start = segment.depth.inverse_start,
+                                           .inverse_end = segment.depth.inverse_end,
+                                           .sigma_start = depth_sigma(0),
+                                           .sigma_end = depth_sigma(1)});
       line_owners_.emplace_back(lines_[i], o.keyframe);
     }
   }

@@ -12,6 +12,7 @@ struct LocalBundleOptions {
   int max_fixed_keyframes = 30;
   int min_shared = 15;
   double line_sigma = 1.0;
+  double line_depth_sigma = 0.005;
   BundleOptions solver;
 
   template <class Visitor>
@@ -25,6 +26,8 @@ struct LocalBundleOptions {
         "line_sigma", line_sigma,
         {0.05, 20.0, "px",
          "standard deviation of a segment's end points across it, at octave 0; that of a keypoint is 1"});
+    v.number("line_depth_sigma", line_depth_sigma,
+             {0.0, 1.0, "1/m", "deviation of a segment's measured inverse depth beyond that of its fit"});
     v.section("solver", solver, "bundle adjustment");
   }
 };
