@@ -37,7 +37,7 @@ struct Probation {
     return id;
   }
   Map map{kTestPyramid};
-  LandmarkCulling culling{options()};
+  LandmarkCulling<PointId> culling{options()};
   KeyframeId newest;
 };
 

@@ -258,11 +258,11 @@ TEST(Tracker, ALandmarkThatIsGoneIsCarriedByItsDepth) {
 
 using Counts = std::map<PointId, std::pair<int, int>>;
 
-Counts sum_of(const std::vector<Sighting>& sightings) {
+Counts sum_of(const std::vector<Sighting<PointId>>& sightings) {
   Counts counts;
-  for (const Sighting& sighting : sightings) {
-    counts[sighting.point].first += sighting.visible;
-    counts[sighting.point].second += sighting.found;
+  for (const Sighting<PointId>& sighting : sightings) {
+    counts[sighting.landmark].first += sighting.visible;
+    counts[sighting.landmark].second += sighting.found;
   }
   return counts;
 }
