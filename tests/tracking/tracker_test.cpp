@@ -471,16 +471,18 @@ TEST(TrackerLines, HelpWherePointsAreFew) {
 }
 
 TEST(TrackerLines, TheReferenceIsTheKeyframeThatSharesMostLines) {
-  StartedOnLines s;
+  TrackerOptions options = line_options();
+  options.lines.max_lines = 1000;
+  StartedOnLines s(options);
   const auto turning = [](std::size_t i) {
-    return camera_at({0.0, 0.0, 0.0}, 0.012 * static_cast<double>(i));
+    return camera_at({0.0, 0.0, 0.0}, 0.014 * static_cast<double>(i));
   };
-  s.map.add(s.world.look(turning(22), 1));
+  s.map.add(s.world.look(turning(30), 1));
   s.local = s.map.snapshot();
-  for (std::size_t i = 1; i <= 22; ++i) {
+  for (std::size_t i = 1; i <= 30; ++i) {
     const TrackedFrame tracked = s.track_at(turning(i), i);
     ASSERT_EQ(tracked.state, TrackingState::kTracking) << "frame " << i;
-    if (i > 3 && i < 19) continue;  // where it changes is not the point
+    if (i > 3 && i < 28) continue;  // where it changes is not the point
     EXPECT_EQ(tracked.reference, KeyframeId{i <= 3 ? 0U : 1U}) << "at frame " << i;
   }
 }
