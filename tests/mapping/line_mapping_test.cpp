@@ -299,7 +299,7 @@ TEST(LineFusion, LeavesWhatIsNotOneEdge) {
   EXPECT_FALSE(fused(level(-0.5, -0.3), level(0.2, 0.4))) << "far apart on one line";
   EXPECT_FALSE(fused(level(-0.3, 0.3), level(0.3, -0.3))) << "the brighter side is the other one";
   EXPECT_FALSE(fused(level(-0.3, 0.3), {{-0.3, -0.04, 2.0}, {0.3, 0.04, 2.0}})) << "turned by eight degrees";
-  EXPECT_FALSE(fused(level(-0.3, 0.3), {{-0.36, 0.0, 2.4}, {0.36, 0.0, 2.4}})) << "40 cm behind it";
+  EXPECT_FALSE(fused(level(-0.3, 0.3), {{-0.39, 0.0, 2.6}, {0.39, 0.0, 2.6}})) << "60 cm behind it";
 }
 
 TEST(LineFusion, TheLineCoversWhatBothShowed) {

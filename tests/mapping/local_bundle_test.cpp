@@ -1,5 +1,7 @@
 #include "mapping/local_bundle.hpp"
 
+#include <functional>
+
 #include <gtest/gtest.h>
 
 #include "support/line_world.hpp"
@@ -209,14 +211,23 @@ TEST(LocalBundle, AKeyframeWithoutPointsStaysWhereItIs) {
   expect_same_pose(w.map.map.keyframes()[empty].T_cw, T_cw);
 }
 
-// Six keyframes side by side that see the same rectangles and no points. A third of a pixel is as many
-// millimetres at 3 m; measured depth, of ten lines a metre, ties what the images leave loose.
+// As kSettled, but from some eighty lines instead of hundreds of points.
+constexpr double kLinesSettled = 0.008;
+
+// Six keyframes side by side that see the same rectangles and no points.
 struct LineWindow {
-  explicit LineWindow(const LineViewOptions& options = {.pixel_noise = 0.3, .inverse_depth_noise = 0.003}) {
+  using Spoil = std::function<void(std::size_t keyframe, LineFeatures& lines)>;
+
+  explicit LineWindow(
+      const LineViewOptions& options = {.pixel_noise = 0.3, .inverse_depth_noise = 0.003},
+      const Spoil& spoil = [](std::size_t, LineFeatures&) {}) {
     for (std::size_t i = 0; i < 6; ++i) {
       const double t = static_cast<double>(i);
       truth.push_back(camera_at({0.05 * t, 0.02 * t, 0.0}, 0.02 * t));
       views.push_back(world.look(truth.back(), i, options));
+      LineFeatures lines = *views.back().lines;
+      spoil(i, lines);
+      views.back().lines = std::make_shared<const LineFeatures>(std::move(lines));
       keyframes.push_back(map.add(views.back()));
     }
   }
@@ -233,7 +244,7 @@ struct LineWindow {
     Random random(9);
     for (std::uint32_t i = 0; i < world.size(); ++i) {
       if (!map.line_of(i).valid()) continue;
-      const auto error = [&] {
+      const auto error = [&]() -> Eigen::Vector3d {
         return 0.01 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
       };
       const Eigen::Vector3d start = world.edge(i).start + error(), end = world.edge(i).end + error();
@@ -272,32 +283,44 @@ struct LineWindow {
   LocalBundleOptions options;
 };
 
-TEST(LocalBundleLines, BringPosesAndThemselvesBack) {
+TEST(LocalBundleLines, BringPosesBack) {
   LineWindow w;
   w.disturb();
-  w.disturb_lines();
-  const double lines_before = w.mean_line_error();
   w.adjust();
-  for (std::size_t i = 1; i < 6; ++i) EXPECT_LT(w.pose_error(i), kSettled) << "keyframe " << i;
-  EXPECT_LT(w.mean_line_error(), 0.5 * lines_before);
+  for (std::size_t i = 1; i < 6; ++i) EXPECT_LT(w.pose_error(i), kLinesSettled) << "keyframe " << i;
+  expect_consistent(w.map.map);
+}
+
+TEST(LocalBundleLines, ComeBackThemselves) {
+  LineWindow w(LineViewOptions{});
+  w.disturb();
+  w.disturb_lines();
+  ASSERT_GT(w.mean_line_error(), 0.005);
+  w.adjust();
+  // What the steps allowed leave of a centimetre where nothing is noisy.
+  EXPECT_LT(w.mean_line_error(), 5e-4);
+  for (std::size_t i = 1; i < 6; ++i) EXPECT_LT(w.pose_error(i), 5e-4) << "keyframe " << i;
   expect_consistent(w.map.map);
 }
 
 TEST(LocalBundleLines, AnOutlierLeavesTheMap) {
-  LineWindow w;
-  // Wrong matches: in keyframe 3 pairs of lines have swapped their segments.
+  // Wrong matches, as lines that run side by side invite them: every seventh segment of keyframe 3 lies 15
+  // pixels beside its line.
+  constexpr std::uint32_t kEvery = 7;
+  LineWindow w({.pixel_noise = 0.3, .inverse_depth_noise = 0.003},
+               [](std::size_t keyframe, LineFeatures& lines) {
+                 for (std::uint32_t s = 0; keyframe == 3 && s < lines.size(); s += kEvery) {
+                   LineSegment& segment = lines.segments[s];
+                   const Eigen::Vector2f along = (segment.end - segment.start).normalized();
+                   const Eigen::Vector2f across = 15.0F * Eigen::Vector2f(-along.y(), along.x());
+                   segment.start += across;
+                   segment.end += across;
+                 }
+               });
   std::vector<std::pair<std::uint32_t, LineId>> wrong;
-  const auto lines = w.map.map.keyframes()[w.keyframes[3]].lines;
-  const auto half = static_cast<std::uint32_t>(lines.size() / 2);
-  for (std::uint32_t s = 0; s < half; s += 7) {
-    const LineId a = lines[s], b = lines[s + half];
-    if (w.map.map.lines()[a].observations.size() < 4 || w.map.map.lines()[b].observations.size() < 4)
-      continue;
-    w.map.map.remove_observation(a, w.keyframes[3]);
-    w.map.map.remove_observation(b, w.keyframes[3]);
-    w.map.map.add_observation(a, w.keyframes[3], s + half);
-    w.map.map.add_observation(b, w.keyframes[3], s);
-    wrong.insert(wrong.end(), {{s + half, a}, {s, b}});
+  const std::vector<LineId> lines = w.map.map.keyframes()[w.keyframes[3]].lines;
+  for (std::uint32_t s = 0; s < lines.size(); s += kEvery) {
+    if (w.map.map.lines()[lines[s]].observations.size() >= 4) wrong.emplace_back(s, lines[s]);
   }
   ASSERT_GE(wrong.size(), 6U);
   const std::size_t before = w.observations();
@@ -307,7 +330,7 @@ TEST(LocalBundleLines, AnOutlierLeavesTheMap) {
     EXPECT_FALSE(w.map.map.keyframes()[w.keyframes[3]].lines[segment].valid());
     EXPECT_TRUE(w.map.map.lines().contains(line)) << "its other observations are right";
   }
-  EXPECT_LT(w.pose_error(3), kSettled) << "they did not pull the keyframe away";
+  EXPECT_LT(w.pose_error(3), kLinesSettled) << "they did not pull the keyframe away";
   // The noise is a third of what the test expects: hardly a right one goes.
   EXPECT_LE(before - wrong.size() - w.observations(), before / 50);
   expect_consistent(w.map.map);
