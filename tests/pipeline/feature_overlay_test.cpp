@@ -12,7 +12,7 @@ using namespace test;
 // A lens that moves the corners of the image by tens of pixels.
 Camera bent_camera() {
   Camera camera = kTestCamera;
-  camera.k1 = -0.3;
+  camera.k1 = -0.15;
   return camera;
 }
 

@@ -52,9 +52,10 @@ std::vector<std::unique_ptr<MappingSchedule>> both_schedules(bool with_lines = t
 }
 
 TEST(MappingSchedule, TheFirstLocalMapHasTheLinesOfTheFirstKeyframe) {
+  const NewKeyframe first = keyframes(1)[0];
   for (const auto& schedule : both_schedules()) {
     EXPECT_FALSE(schedule->local_map());
-    schedule->start(keyframes(1)[0]);
+    schedule->start(first);
     ASSERT_TRUE(schedule->local_map());
     EXPECT_GT(schedule->local_map()->lines.size(), 10U);
   }
@@ -85,10 +86,10 @@ TEST(MappingSchedule, FinishWaitsUntilTheLinesOfAllKeyframesAreInTheMap) {
 }
 
 TEST(MappingSchedule, LinesThatAreThereAreNotExtractedAgain) {
+  NewKeyframe keyframe = keyframes(1)[0];
   const auto lines = std::make_shared<const LineFeatures>();
+  keyframe.candidate.lines = lines;
   for (const auto& schedule : both_schedules()) {
-    NewKeyframe keyframe = keyframes(1)[0];
-    keyframe.candidate.lines = lines;
     schedule->start(keyframe);
     schedule->read([&](const Map& map, const std::vector<MappingTime>& times) {
       EXPECT_EQ(map.keyframes()[KeyframeId{0}].line_features, lines);
