@@ -50,11 +50,9 @@ Eigen::Vector3d point_in_view(Random& random) {
                            random.uniform(0.8, 5.0));
 }
 
-// 20 % outliers, 80 % of the matches with depth: what a frame in a room looks like.
-void pose_optimizer(benchmark::State& state) {
-  Random random;
-  const SE3 T_cw = SE3::exp(random.twist(1.0, 0.5));
-  std::vector<PointMatch> matches(static_cast<std::size_t>(state.range(0)));
+// 20 % outliers, 80 % of the points with depth: what a frame in a room looks like.
+std::vector<PointMatch> point_matches(const SE3& T_cw, std::int64_t count, Random& random) {
+  std::vector<PointMatch> matches(static_cast<std::size_t>(count));
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const Eigen::Vector3d p_c = point_in_view(random);
     PointMatch& m = matches[i];
@@ -64,11 +62,45 @@ void pose_optimizer(benchmark::State& state) {
     m.uv = kCamera.project(p_c) + Eigen::Vector2d(random.normal(sigma), random.normal(sigma));
     if (random.uniform(0.0, 1.0) < 0.8) m.depth = noisy_depth(p_c.z(), random);
   }
-  const SE3 start = SE3::exp(random.twist(0.02, 0.02)) * T_cw;
-  const PoseOptimizer optimizer(kCamera, kNoise, {});
-  for (auto _ : state) benchmark::DoNotOptimize(optimizer.optimize(start, matches));
+  return matches;
 }
-BENCHMARK(pose_optimizer)->Arg(100)->Arg(500)->Arg(1000)->Unit(benchmark::kMicrosecond);
+
+// 10 % outliers.
+std::vector<LineMatch> line_matches(const SE3& T_cw, std::int64_t count, Random& random) {
+  std::vector<LineMatch> matches;
+  while (static_cast<std::int64_t>(matches.size()) < count) {
+    const Eigen::Vector3d a = point_in_view(random), b = point_in_view(random);
+    const SE3 T_wc = T_cw.inverse();
+    const auto line = Line3::through(T_wc * a, T_wc * b);
+    if (!line) continue;
+    const double sigma = matches.size() % 10 == 0 ? 10.0 : 0.5;
+    LineMatch m{.line_w = *line, .start = kCamera.project(a), .end = kCamera.project(b), .sigma2 = 0.25};
+    for (Eigen::Vector2d* uv : {&m.start, &m.end}) {
+      const double du = random.normal(sigma), dv = random.normal(sigma);
+      *uv += Eigen::Vector2d(du, dv);
+    }
+    matches.push_back(m);
+  }
+  return matches;
+}
+
+void pose_optimizer(benchmark::State& state) {
+  Random random;
+  const SE3 T_cw = SE3::exp(random.twist(1.0, 0.5));
+  const std::vector<PointMatch> points = point_matches(T_cw, state.range(0), random);
+  const SE3 start = SE3::exp(random.twist(0.02, 0.02)) * T_cw;
+  const std::vector<LineMatch> lines = line_matches(T_cw, state.range(1), random);
+  const PoseOptimizer optimizer(kCamera, kNoise, {});
+  for (auto _ : state) benchmark::DoNotOptimize(optimizer.optimize(start, points, lines));
+}
+BENCHMARK(pose_optimizer)
+    ->ArgNames({"points", "lines"})
+    ->Args({100, 0})
+    ->Args({500, 0})
+    ->Args({1000, 0})
+    ->Args({500, 60})
+    ->Args({0, 60})
+    ->Unit(benchmark::kMicrosecond);
 
 // Half of them fixed.
 std::vector<BundleProblem::Pose> row_of_cameras(int count) {

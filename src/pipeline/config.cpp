@@ -20,6 +20,7 @@ Config preset(std::string_view name) {
     config.keyframes.max_interval = 1.0;
     config.segmentation.yolo.image_side = 640;  // the paper does not say; it is what YOLOv8 is trained for
     config.contours = paper_contour_window();
+    config.features.lines = "lsd";
     return config;
   }
   throw UserError(fmt::format("unknown preset '{}': use default or paper", name));

@@ -41,7 +41,7 @@ struct ScheduleOptions {
 };
 
 struct FeatureOptions {
-  std::string lines = "lsd";
+  std::string lines = "edges";
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -35,8 +35,7 @@ struct Edges {
   [[nodiscard]] std::span<const Edge> all() const { return {list.data(), static_cast<std::size_t>(count)}; }
 };
 
-// Grey values along a normal: a parabola through the image, one value per undistorted pixel. The lens bends a
-// normal of some tens of pixels by less than the parabola's error.
+// Grey values along a normal, one per undistorted pixel. The lens bends it into very nearly a parabola.
 class Profile {
  public:
   static constexpr int kReach = 2;  // pixels that the derivative averages on either side
@@ -61,14 +60,19 @@ class Profile {
     return true;
   }
 
-  // Mean of kReach values after the middle of position i less that of those before, i from 0 to 2 (radius +
-  // 1).
+  // How fast the grey value rises at position i = 0 .. 2 (radius + 1): mean of the two values after it less
+  // that of the two before.
   [[nodiscard]] float slope(int i) const {
-    return 0.5F * static_cast<float>(values_[i + 2] + values_[i + 3] - values_[i] - values_[i + 1]) *
-           (1.0F / 65536.0F);
+    return kScale * static_cast<float>(values_[i + 2] + values_[i + 3] - values_[i] - values_[i + 1]);
+  }
+  // Step from 2 px before position i = 1 .. 2 radius + 1 to 2 px after it, as the line detector measures it.
+  [[nodiscard]] float step(int i) const {
+    return kScale * static_cast<float>(values_[i + 3] + values_[i + 4] - values_[i] - values_[i - 1]);
   }
 
  private:
+  static constexpr float kScale = 0.5F / 65536.0F;
+
   // A quadratic sequence in 16.16 fixed point: value, first and second difference.
   struct Walk {
     int value, step, bend;
@@ -92,30 +96,44 @@ class Profile {
   std::array<int, kMaxSize> values_;  // 16.16
 };
 
-// Allowed steps of the grey value.
-struct ContrastRange {
-  float low, high, expected;
+// How the step of an edge is judged against the one expected.
+class ContrastGate {
+ public:
+  ContrastGate(float expected, const LineSearchOptions& o)
+      : expected_(expected),
+        ratio_(static_cast<float>(o.contrast_ratio)),
+        low_(static_cast<float>(o.min_contrast)) {
+    if (!known()) return;
+    low_ = std::max(low_, expected / (ratio_ * ratio_));
+    high_ = expected * (ratio_ * ratio_);
+  }
 
-  ContrastRange(float expected_contrast, const LineSearchOptions& o)
-      : low(static_cast<float>(o.min_contrast)), high(255.0F), expected(expected_contrast) {
-    if (!(expected > 0.0F)) return;
-    low = std::max(low, expected / static_cast<float>(o.contrast_ratio));
-    high = expected * static_cast<float>(o.contrast_ratio);
-  }
+  [[nodiscard]] float low() const { return low_; }
+  // A single sample may differ by the square of what the whole line may: it is noisy, and edges that are out
+  // of the question still count when it comes to ambiguity.
+  [[nodiscard]] bool admits(float contrast) const { return contrast >= low_ && contrast <= high_; }
+  [[nodiscard]] bool admits_line(float mean) const { return similarity(mean) * ratio_ >= 1.0F; }
   [[nodiscard]] float similarity(float contrast) const {
-    return expected > 0.0F ? std::min(contrast / expected, expected / contrast) : 1.0F;
+    return known() ? std::min(contrast / expected_, expected_ / contrast) : 1.0F;
   }
+
+ private:
+  [[nodiscard]] bool known() const { return expected_ > 0.0F; }
+
+  float expected_, ratio_, low_, high_ = 255.0F;
 };
 
 // Adds the profile's edges: peaks of the slope, placed by a parabola through three values.
-void add_edges(const Profile& profile, int radius, float along, const ContrastRange& range, Edges& edges) {
+void add_edges(const Profile& profile, int radius, float along, const ContrastGate& gate, Edges& edges) {
   const int first = edges.count;
   float before = profile.slope(0), here = profile.slope(1);
   for (int i = 1; i <= 2 * radius + 1; ++i) {
     const float after = profile.slope(i + 1);
-    if (here > before && here >= after && here >= range.low && here <= range.high) {
+    const float contrast = profile.step(i);
+    // An even slope, such as shading, rises half as much within half the way.
+    if (here > before && here >= after && 2.0F * here >= gate.low() && gate.admits(contrast)) {
       const float peak = 0.5F * (before - after) / (before - 2.0F * here + after);
-      const Edge edge{along, static_cast<float>(i - radius - 1) + peak, here, range.similarity(here),
+      const Edge edge{along, static_cast<float>(i - radius - 1) + peak, contrast, gate.similarity(contrast),
                       edges.samples};
       if (edges.count - first < kMaxEdges) {
         edges.list[edges.count++] = edge;
@@ -258,13 +276,13 @@ std::optional<FoundLine> LineSearch::find(const cv::Mat& grey, const ExpectedLin
   if (samples < kMinSamples) return std::nullopt;
 
   const int reach = static_cast<int>(std::ceil(std::min<double>(radius, kMaxRadius)));
-  const ContrastRange range(expected.contrast, options_);
+  const ContrastGate gate(expected.contrast, options_);
   Edges edges;
   Profile profile;
   for (int i = 0; i < samples; ++i) {
     const double along = 2.0 * i / (samples - 1) - 1.0;
     if (profile.read(camera_, grey, middle + along * half, normal, reach))
-      add_edges(profile, reach, static_cast<float>(along), range, edges);
+      add_edges(profile, reach, static_cast<float>(along), gate, edges);
   }
   if (edges.samples < kMinSamples) return std::nullopt;
 
@@ -272,11 +290,11 @@ std::optional<FoundLine> LineSearch::find(const cv::Mat& grey, const ExpectedLin
   const Candidate best(edges.all(), reach, max_tilt);
   const Agreement& found = best.agreement;
   const double variance = found.variance(best.line);
-  if (found.count < kMinSamples || found.count < options_.min_found * edges.samples ||
-      variance > options_.max_spread * options_.max_spread ||
-      std::abs(best.line.middle) + std::abs(best.line.tilt) > reach + kTolerance ||
-      ambiguous(edges, best, reach, max_tilt, options_.ambiguity))
-    return std::nullopt;
+  const bool convincing = found.count >= kMinSamples && found.count >= options_.min_found * edges.samples &&
+                          variance <= options_.max_spread * options_.max_spread &&
+                          gate.admits_line(found.mean_contrast()) &&
+                          std::abs(best.line.middle) + std::abs(best.line.tilt) <= reach + kTolerance;
+  if (!convincing || ambiguous(edges, best, reach, max_tilt, options_.ambiguity)) return std::nullopt;
 
   const auto at = [&](double along) -> Eigen::Vector2d {
     return middle + along * half + (best.line.middle + best.line.tilt * along) * normal;

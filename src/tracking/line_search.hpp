@@ -12,14 +12,14 @@ namespace ipl_slam {
 
 /// Settings of the search for known lines.
 struct LineSearchOptions {
-  double spacing = 6.0;
-  int max_samples = 16;
-  double min_found = 0.5;
+  double spacing = 4.0;
+  int max_samples = 24;
+  double min_found = 0.6;
   double min_contrast = 6.0;
-  double contrast_ratio = 2.5;
+  double contrast_ratio = 1.6;
   double max_tilt = 0.1;
   double max_spread = 0.5;
-  double ambiguity = 0.7;
+  double ambiguity = 0.4;
   double sigma = 0.5;
 
   template <class Visitor>
@@ -33,7 +33,7 @@ struct LineSearchOptions {
              {1.0, 255.0, "grey value", "smaller steps are taken for noise, whatever is expected"});
     v.number("contrast_ratio", contrast_ratio,
              {1.0, 100.0, "ratio",
-              "largest factor between the contrast expected and that of the edge, either way"});
+              "largest factor between the contrast expected and that of the line found, either way"});
     v.number("max_tilt", max_tilt,
              {0.0, 0.5, "rad", "largest angle between the line expected and the one found"});
     v.number("max_spread", max_spread,

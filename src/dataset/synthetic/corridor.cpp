@@ -31,6 +31,7 @@ CameraSite site() {
 Scene make_corridor(std::uint64_t seed) {
   Scene scene;
   scene.lamp = {1.5, 0.15, 2.3};
+  scene.softness = kSoftness;
   scene.site = site();
   PlainBuilding corridor(scene, hash64(seed, 5));
   Random& random = corridor.random();
@@ -40,7 +41,7 @@ Scene make_corridor(std::uint64_t seed) {
   for (const double side : {-1.0, 1.0}) {
     corridor.on_wall({0, side * kHalfExtent.y(), 0}, -side * pi / 2);
     for (double along = -7.5 + random.uniform(0.0, 3.0); along < 8.5; along += random.uniform(5.0, 6.5)) {
-      corridor.door(along, kDoorWidth, kDoorHeight, frame, leaf);
+      corridor.door(along, kDoorWidth, 2.0 * kHalfExtent.z(), frame, leaf);
     }
   }
   corridor.on_wall({kHalfExtent.x(), 0, 0}, pi);
@@ -49,7 +50,7 @@ Scene make_corridor(std::uint64_t seed) {
   corridor.window(0, 0.9, 1.2, 1.1, frame, corridor.paint(190));
   const int beam = corridor.paint(205);
   corridor.builder().at({0, 0, 0});
-  for (double x = -6.0 + random.uniform(-0.5, 0.5); x < 9.0; x += 4.5) {
+  for (double x = -6.0 + random.uniform(-0.5, 0.5); x < 9.0; x += 6.5) {
     corridor.builder().box({x, 0, 2 * kHalfExtent.z() - 0.1}, {0.3, 2 * kHalfExtent.y(), 0.2}, beam);
   }
   return scene;

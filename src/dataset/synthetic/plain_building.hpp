@@ -12,6 +12,10 @@ struct ShellPaint {
   double floor = 140, ceiling = 235, wall_x = 205, wall_y = 175, skirting = 110;
 };
 
+/// What is plain is seen through a slightly soft lens, as a cheap colour camera has: an outline that is sharp
+/// to the pixel breaks into steps, and steps are corners. Pixels, see Scene::softness.
+constexpr double kSoftness = 0.8;
+
 /// Parts of a freshly painted, empty building: every surface is of one colour. What there is to see is
 /// edges, where surfaces of different shade meet. Parts on a wall are given in the wall's frame: x out of the
 /// wall, y along it (to the left of someone who looks at it), z up from the floor.

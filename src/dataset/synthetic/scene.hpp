@@ -76,6 +76,7 @@ struct Scene {
   std::vector<SceneObject> objects;
   std::vector<std::unique_ptr<Motion>> motions;
   Eigen::Vector3d lamp{0.0, 0.0, 2.5};
+  double softness = 0.0;  ///< of the lens it is seen through: sigma of its blur, pixels in a width of 640
   CameraSite site;
 
   /// T_wf of every coordinate frame at a time: the world's first, then those of the motions in their order.

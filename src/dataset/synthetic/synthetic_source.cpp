@@ -5,6 +5,7 @@
 #include <initializer_list>
 
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 #include <ipl_slam/error.hpp>
 
@@ -182,6 +183,10 @@ SyntheticFrame SyntheticSource::render(std::size_t frame) const {
   synthetic::RenderedImages images;
   synthetic::render(scene_, camera_, result.T_wc, time, threads_, images);
   if (options_.motion_blur > 1 && options_.exposure > 0.0) images.color = blurred_color(time);
+
+  if (scene_.softness > 0.0) {
+    cv::GaussianBlur(images.color, images.color, {}, scene_.softness * options_.width / 640.0);
+  }
 
   const std::uint64_t noise = hash64(hash64(options_.seed, 3), frame);
   const bool noisy = options_.color_noise;
