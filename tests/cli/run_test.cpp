@@ -45,7 +45,8 @@ void expect_nothing_left(const fs::path& output) {
 
 /// All results are there, readable, and nothing else is.
 void expect_complete(const fs::path& output, std::size_t poses) {
-  for (const char* name : {"trajectory.txt", "keyframes.txt", "timings.csv", "summary.json", "map.png"}) {
+  for (const char* name :
+       {"trajectory.txt", "keyframes.txt", "lines.ply", "timings.csv", "summary.json", "map.png"}) {
     EXPECT_TRUE(fs::exists(output / name)) << name;
   }
   for (const auto& entry : fs::directory_iterator(output)) {
@@ -98,6 +99,25 @@ TEST(CliRun, ASecondRunReplacesTheResultsOfTheFirst) {
   EXPECT_EQ(run(sequence, {"--max-frames", "4"}).code, 0);
   expect_complete(sequence.output(), 4);
   EXPECT_FALSE(fs::exists(sequence.output() / "trajectory.png"));
+}
+
+TEST(CliRun, FindsLinesByTheDetectorThatIsAskedFor) {
+  const MadeSequence sequence;
+  const auto header = [&] {
+    const std::string ply = content_of(sequence.output() / "lines.ply");
+    return ply.substr(0, ply.find("end_header"));
+  };
+  for (const char* method : {"lsd", "edges", "off"}) {
+    const Finished finished = run(sequence, {"--set", fmt::format("features.lines={}", method)});
+    EXPECT_EQ(finished.code, 0) << finished.err;
+    expect_complete(sequence.output(), 10);
+    const nlohmann::json json = summary(sequence.output());
+    EXPECT_EQ(json["config"]["features"]["lines"], method);
+    const int lines = json["map"]["lines"].get<int>();
+    EXPECT_EQ(lines > 0, std::string(method) != "off") << method;
+    EXPECT_THAT(header(), HasSubstr(fmt::format("element edge {}\n", lines))) << method;
+    EXPECT_THAT(finished.out, HasSubstr(fmt::format(" points, {} lines", lines)));
+  }
 }
 
 TEST(CliRun, MissingFolder) {
@@ -257,6 +277,7 @@ TEST(CliRun, UnknownSettingsPresetsCamerasAndOptions) {
   expect_refused(run(sequence, {"--set", "orb.featurs=1000"}), {"did you mean 'orb.features'"});
   expect_refused(run(sequence, {"--set", "orb.features=1"}), {"orb.features", "50"});
   expect_refused(run(sequence, {"--set", "orb.fast_min_threshold=200"}), {"orb.fast_threshold"});
+  expect_refused(run(sequence, {"--set", "features.lines=edge"}), {"features.lines", "did you mean 'edges'"});
   expect_refused(run(sequence, {"--preset", "fastest"}), {"fastest", "paper"});
   expect_refused(run(sequence, {"--camera", "tum9"}), {"tum9", "tum1"});
   expect_refused(run(sequence, {"--camera", "nowhere.yaml"}), {"nowhere.yaml"});

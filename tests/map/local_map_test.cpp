@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/line_world.hpp"
 #include "support/synthetic_world.hpp"
 
 namespace ipl_slam {
@@ -149,6 +150,71 @@ TEST(LocalMap, OfASingleKeyframeWithoutPointsIsThatKeyframe) {
   const LocalMap local = build_local_map(chain.map, chain.keyframes[0], {});
   EXPECT_EQ(ids(local), (std::vector<std::uint32_t>{0}));
   EXPECT_TRUE(local.points.empty());
+}
+
+// Views of a world of lines from left to right; what lies at the far right shows in the last one alone.
+struct LineChain {
+  LineChain() {
+    for (std::size_t i = 0; i < 4; ++i) {
+      map.add(
+          world.look(camera_at({0.05 * static_cast<double>(i), 0.0, 0.0}, 0.08 * static_cast<double>(i)), i));
+    }
+  }
+  LineWorld world;
+  LineWorldMap map{world};
+};
+
+TEST(LocalMap, HoldsEveryLineItsKeyframesSeeOnceAndInOrder) {
+  const LineChain chain;
+  const LocalMap local = build_local_map(chain.map.map, KeyframeId{3}, {});
+  EXPECT_EQ(ids(local), (std::vector<std::uint32_t>{0, 1, 2, 3})) << "lines make neighbours";
+  EXPECT_TRUE(local.points.empty());
+  ASSERT_EQ(local.lines.size(), chain.map.map.lines().size());
+  for (std::size_t i = 0; i < local.lines.size(); ++i) {
+    const LocalLine& line = local.lines[i];
+    if (i > 0) {
+      EXPECT_LT(local.lines[i - 1].id, line.id);
+    }
+    const Line& original = chain.map.map.lines()[line.id];
+    EXPECT_EQ(line.line.moment, original.line.moment);
+    EXPECT_EQ(line.line.direction, original.line.direction);
+    EXPECT_EQ(line.start, original.start);
+    EXPECT_EQ(line.end, original.end);
+    EXPECT_EQ(line.contrast, original.contrast);
+    EXPECT_EQ(line.observations, static_cast<int>(original.observations.size()));
+  }
+}
+
+TEST(LocalMap, LeavesOutLinesThatOnlyOtherKeyframesSee) {
+  const LineChain chain;
+  const LocalMap local =
+      build_local_map(chain.map.map, KeyframeId{3}, {.max_keyframes = 2, .nearby_distance = 0.0});
+  ASSERT_EQ(local.keyframes.size(), 2U);
+  EXPECT_LT(local.lines.size(), chain.map.map.lines().size());
+  for (const LocalLine& line : local.lines) {
+    bool seen = false;
+    for (const LocalKeyframe& keyframe : local.keyframes)
+      seen |= chain.map.map.observes(keyframe.id, line.id);
+    EXPECT_TRUE(seen);
+  }
+}
+
+TEST(LocalMap, KeyframesPointAtTheirLines) {
+  LineChain chain;
+  // Without lines of its own, and with one segment that shows nothing known.
+  chain.map.map.add_keyframe(SyntheticWorld::make_frame({}), camera_at({0.1, 0.0, 0.0}));
+  chain.map.map.remove(chain.map.map.keyframes()[KeyframeId{1}].lines[3]);
+  const LocalMap local = build_local_map(chain.map.map, KeyframeId{3}, {});
+  ASSERT_EQ(local.keyframes.size(), 5U);
+  for (const LocalKeyframe& keyframe : local.keyframes) {
+    std::vector<LineId> expected, actual;
+    for (const LineId id : chain.map.map.keyframes()[keyframe.id].lines) {
+      if (id.valid()) expected.push_back(id);
+    }
+    for (const std::uint32_t index : keyframe.lines) actual.push_back(local.lines.at(index).id);
+    EXPECT_EQ(actual, expected) << "keyframe " << keyframe.id.value;
+  }
+  EXPECT_TRUE(local.find_keyframe(KeyframeId{4})->lines.empty());
 }
 
 }  // namespace

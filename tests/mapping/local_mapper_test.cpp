@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/line_world.hpp"
 #include "support/map_checks.hpp"
 #include "support/synthetic_world.hpp"
 #include "tracking/tracker.hpp"
@@ -217,6 +218,170 @@ TEST(LocalMapper, TheSameInputGivesTheSameMap) {
     return numbers;
   };
   EXPECT_EQ(numbers_of(Walk{}), numbers_of(Walk{}));
+}
+
+// A candidate of lines only, which were tracked as they lie in the map.
+KeyframeCandidate line_candidate(const LineView& view, const Map& map, KeyframeId reference = {},
+                                 const SE3& T_c_reference = {}) {
+  KeyframeCandidate result;
+  result.tracked.frame = view.frame;
+  result.tracked.state = TrackingState::kTracking;
+  result.tracked.T_cw = view.T_cw;
+  result.tracked.reference = reference;
+  result.tracked.T_c_reference = T_c_reference;
+  map.lines().for_each([&](LineId id, const Line& line) {
+    result.tracked.lines.push_back(
+        {id, kTestCamera.project(view.T_cw * line.start), kTestCamera.project(view.T_cw * line.end)});
+  });
+  result.lines = view.lines;
+  return result;
+}
+
+// A mapper that took in the view from the origin.
+struct LineMapper {
+  explicit LineMapper(const MappingOptions& options = {}) : mapper(make_mapper(options)) {
+    local = mapper.process(line_candidate(first, mapper.map()));
+  }
+  // A candidate of a view that stands as it should to the first keyframe, but for an error.
+  [[nodiscard]] KeyframeCandidate after_first(const LineView& view, const SE3& error = {}) const {
+    return line_candidate(view, mapper.map(), KeyframeId{0}, error * view.T_cw * first.T_cw.inverse());
+  }
+  LineWorld world;
+  LineView first = world.look(camera_at({0.0, 0.0, 0.0}), 0);
+  LocalMapper mapper;
+  std::shared_ptr<const LocalMap> local;
+};
+
+TEST(LocalMapperLines, TheFirstKeyframeStartsTheMap) {
+  const LineMapper m;
+  EXPECT_EQ(m.mapper.map().lines().size(), m.first.lines->size());
+  EXPECT_EQ(m.local->lines.size(), m.first.lines->size());
+  EXPECT_TRUE(m.local->points.empty());
+  expect_consistent(m.mapper.map());
+}
+
+TEST(LocalMapperLines, ASecondKeyframeSharesTheLinesItShowsAndMakesTheOthers) {
+  LineMapper m;
+  const LineView second = m.world.look(camera_at({0.15, 0.05, 0.0}, 0.1), 10);
+  const auto local = m.mapper.process(m.after_first(second));
+  const Map& map = m.mapper.map();
+  int shared = 0;
+  for (std::size_t s = 0; s < second.sources.size(); ++s) {
+    const int there = m.first.segment_of(second.sources[s]);
+    const LineId id = map.keyframes()[KeyframeId{1}].lines[s];
+    ASSERT_TRUE(id.valid());
+    EXPECT_EQ(map.lines()[id].observations.size(), there >= 0 ? 2U : 1U);
+    if (there < 0) continue;
+    ++shared;
+    EXPECT_EQ(id, map.keyframes()[KeyframeId{0}].lines[static_cast<std::size_t>(there)]);
+  }
+  EXPECT_GT(shared, 40);
+  EXPECT_LT(static_cast<std::size_t>(shared), second.sources.size()) << "some should be new";
+  EXPECT_EQ(map.lines().size(),
+            m.first.sources.size() + second.sources.size() - static_cast<std::size_t>(shared));
+  EXPECT_EQ(map.covisible(KeyframeId{1}).front().shared, shared);
+  EXPECT_EQ(local->lines.size(), map.lines().size());
+  // Nothing was wrong, so nothing moves but by rounding of floats.
+  EXPECT_LT(pose_difference(map.pose_of(KeyframeId{1}), second.T_cw), 1e-4);
+  expect_consistent(map);
+}
+
+TEST(LocalMapperLines, PullAKeyframeBackToItsPlace) {
+  LineMapper m;
+  // Two pixels and more beside where the lines are.
+  const SE3 error = SE3::exp((Vector6d() << 0.008, -0.006, 0.01, 0.002, -0.003, 0.004).finished());
+  std::vector<LineView> views;
+  for (std::size_t i = 1; i <= 3; ++i) {
+    const double t = static_cast<double>(i);
+    views.push_back(m.world.look(camera_at({0.05 * t, 0.03 * t, 0.0}, 0.03 * t), 10 * i));
+    (void)m.mapper.process(m.after_first(views.back(), error));
+  }
+  ASSERT_GT(pose_difference(error, SE3{}), 0.01);
+  m.mapper.map().keyframes().for_each([&](KeyframeId id, const Keyframe& keyframe) {
+    // The first keyframe's lines are exact, and so is what the others show: floats are all that is left.
+    if (id.value > 0) {
+      EXPECT_LT(pose_difference(keyframe.T_cw, views[id.value - 1].T_cw), 1e-3);
+    }
+  });
+  EXPECT_GE(m.mapper.map().keyframes().size(), 2U);
+  expect_consistent(m.mapper.map());
+}
+
+TEST(LocalMapperLines, CountTheSightingsOfThoseThatAreStillThere) {
+  LineMapper m;
+  KeyframeCandidate next = m.after_first(m.world.look(m.first.T_cw, 10));
+  next.line_sightings = {{LineId{3}, 5, 4}, {LineId{4}, 50, 1}};
+  (void)m.mapper.process(next);
+  EXPECT_EQ(m.mapper.map().lines()[LineId{3}].visible, 6);
+  EXPECT_EQ(m.mapper.map().lines()[LineId{3}].found, 5);
+  EXPECT_FALSE(m.mapper.map().lines().contains(LineId{4})) << "rarely found";
+  // The next report may still speak of it, and the tracker have seen it.
+  next.line_sightings = {{LineId{4}, 5, 5}};
+  (void)m.mapper.process(next);
+  EXPECT_FALSE(m.mapper.map().lines().contains(LineId{4}));
+  expect_consistent(m.mapper.map());
+}
+
+TEST(LocalMapperLines, ThatNoOtherKeyframeSawDoNotStay) {
+  MappingOptions options;
+  options.culling.probation = 2;
+  options.culling.min_observations = 2;
+  LineMapper m(options);
+  LineFeatures few;
+  const std::size_t kept = 12;
+  few.segments.assign(m.first.lines->segments.begin(), m.first.lines->segments.begin() + kept);
+  few.descriptors.assign(m.first.lines->descriptors.begin(), m.first.lines->descriptors.begin() + kept);
+  LineView view = m.first;
+  view.lines = std::make_shared<const LineFeatures>(few);
+  for (int i = 0; i < 3; ++i) (void)m.mapper.process(m.after_first(view));
+  EXPECT_EQ(m.mapper.map().lines().size(), kept);
+  expect_consistent(m.mapper.map());
+}
+
+TEST(LocalMapperLines, AKeyframeWithoutAnyHarmsNoOne) {
+  LineMapper m;
+  KeyframeCandidate blind = m.after_first(m.first);
+  blind.lines = nullptr;
+  const auto local = m.mapper.process(blind);
+  EXPECT_EQ(m.mapper.map().lines().size(), m.first.lines->size());
+  EXPECT_EQ(local->keyframes.back().id, KeyframeId{1});
+  EXPECT_LT(pose_difference(m.mapper.map().pose_of(KeyframeId{1}), m.first.T_cw), 1e-12);
+  expect_consistent(m.mapper.map());
+}
+
+TEST(LocalMapperLines, BuildAMapThatKeepsACameraInPlace) {
+  const LineWorld world;
+  TrackerOptions options;
+  options.line_support = 3.0;
+  options.min_inliers = 30;
+  Tracker tracker(kTestCamera, kTestPyramid, kTestNoise, options);
+  LocalMapper mapper = make_mapper();
+  std::shared_ptr<const LocalMap> local;
+  const LineViewOptions noisy{.pixel_noise = 0.3, .inverse_depth_noise = 0.005, .depth_share = 0.8};
+  for (std::size_t i = 0; i < 30; ++i) {
+    const double t = static_cast<double>(i);
+    const SE3 truth = camera_at({0.006 * t, -0.003 * t, 0.004 * t}, 0.005 * t, 0.002 * t);
+    const LineView view = world.look(truth, i, noisy);
+    TrackedFrame tracked = tracker.track(view.frame, local, world.image(truth));
+    if (i == 0) {
+      local = mapper.process({.tracked = tracked, .lines = view.lines});
+      tracked.state = TrackingState::kTracking;
+      tracked.reference = KeyframeId{0};
+      tracker.start(tracked);
+    } else if (i % 5 == 0) {
+      local = mapper.process({tracked, tracker.take_sightings(), tracker.take_line_sightings(), view.lines});
+    }
+    ASSERT_EQ(tracked.state, TrackingState::kTracking) << "frame " << i;
+    // 0.005 / m of depth noise are 3 cm at 2.5 m; the average over some sixty lines, which keyframes of 18 cm
+    // apart and each frame's image go on improving, is a few millimetres and milliradians.
+    EXPECT_LT(pose_difference(tracked.T_cw, truth), 0.015) << "frame " << i;
+  }
+  EXPECT_GT(mapper.map().lines().size(), 50U);
+  int seen_often = 0;
+  mapper.map().lines().for_each(
+      [&](LineId, const Line& line) { seen_often += line.observations.size() > 2 ? 1 : 0; });
+  EXPECT_GT(seen_often, 40) << "lines should be found again, not made anew";
+  expect_consistent(mapper.map());
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "dataset/temporary_folder.hpp"
 #include "dataset/trajectory.hpp"
 #include "evaluation/absolute_error.hpp"
+#include "pipeline/lines_ply.hpp"
 #include "support/rendered_sequence.hpp"
 
 namespace ipl_slam {
@@ -27,7 +28,7 @@ using testing::TemporaryFolder;
 
 /// The bytes that a run over `frames` would leave.
 struct Written {
-  std::string trajectory, keyframes;
+  std::string trajectory, keyframes, lines;
   bool operator==(const Written&) const = default;
 };
 
@@ -35,11 +36,14 @@ Written write_results(const Pipeline& pipeline) {
   const TemporaryFolder folder;
   write_trajectory(folder / "trajectory.txt", pipeline.trajectory());
   write_trajectory(folder / "keyframes.txt", pipeline.keyframe_trajectory());
-  return {content_of(folder / "trajectory.txt"), content_of(folder / "keyframes.txt")};
+  std::string lines;
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) { lines = lines_ply(map); });
+  return {content_of(folder / "trajectory.txt"), content_of(folder / "keyframes.txt"), lines};
 }
 
-Written run_lockstep(const std::vector<RgbdFrame>& frames, int threads) {
+Written run_lockstep(const std::vector<RgbdFrame>& frames, int threads, const char* lines) {
   Config config;
+  config.features.lines = lines;
   config.schedule.threads = threads;
   Pipeline pipeline(small_camera(), config);
   for (const RgbdFrame& frame : frames) (void)pipeline.process(frame);
@@ -59,11 +63,58 @@ std::string states(Pipeline& pipeline, const std::vector<RgbdFrame>& frames) {
 
 TEST(Lockstep, GivesTheSameBytesAgainAndWithAnyNumberOfThreads) {
   const std::vector<RgbdFrame> frames = render_all(small_room(40));
-  const Written once = run_lockstep(frames, 1);
-  // A map of one keyframe would prove little about the mapper.
-  ASSERT_GT(std::count(once.keyframes.begin(), once.keyframes.end(), '\n'), 2);
-  EXPECT_EQ(once, run_lockstep(frames, 1)) << "second run";
-  EXPECT_EQ(once, run_lockstep(frames, 2)) << "two threads";
+  for (const char* lines : {"off", "lsd", "edges"}) {
+    const Written once = run_lockstep(frames, 1, lines);
+    // A map of one keyframe would prove little about the mapper.
+    ASSERT_GT(std::count(once.keyframes.begin(), once.keyframes.end(), '\n'), 2) << lines;
+    EXPECT_EQ(once, run_lockstep(frames, 1, lines)) << "second run, lines " << lines;
+    EXPECT_EQ(once, run_lockstep(frames, 2, lines)) << "two threads, lines " << lines;
+  }
+}
+
+/// What became of lines in a run over `frames`.
+struct LineUse {
+  std::size_t in_map = 0;
+  int tracked = 0;  ///< over all frames
+  std::string ply;
+};
+
+LineUse lines_of(const std::vector<RgbdFrame>& frames, const std::string& lines, const std::string& mode) {
+  Config config;
+  config.features.lines = lines;
+  config.schedule.mode = mode;
+  Pipeline pipeline(small_camera(), config);
+  LineUse use;
+  for (const RgbdFrame& frame : frames) use.tracked += pipeline.process(frame).lines;
+  pipeline.finish();
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
+    use.in_map = map.lines().size();
+    use.ply = lines_ply(map);
+  });
+  return use;
+}
+
+TEST(Lines, AreMappedAndTrackedInBothSchedulesWithBothDetectors) {
+  const std::vector<RgbdFrame> frames = render_all(small_room(15));
+  for (const char* mode : {"lockstep", "realtime"}) {
+    for (const char* lines : {"lsd", "edges"}) {
+      const LineUse use = lines_of(frames, lines, mode);
+      EXPECT_GT(use.in_map, 10U) << mode << ", " << lines;
+      // Of the first frame on the map shows lines; a few in each later one are little.
+      EXPECT_GT(use.tracked, 3 * 14) << mode << ", " << lines;
+    }
+  }
+}
+
+TEST(Lines, AreNowhereWhenTheyAreOff) {
+  const std::vector<RgbdFrame> frames = render_all(small_room(8));
+  for (const char* mode : {"lockstep", "realtime"}) {
+    const LineUse use = lines_of(frames, "off", mode);
+    EXPECT_EQ(use.in_map, 0U);
+    EXPECT_EQ(use.tracked, 0);
+    EXPECT_NE(use.ply.find("element edge 0\n"), std::string::npos);
+    EXPECT_TRUE(use.ply.ends_with("end_header\n")) << "nothing but the header";
+  }
 }
 
 TEST(Lockstep, FollowsTheCameraThroughASmallRoom) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -87,7 +88,10 @@ TEST(RunSummary, HoldsVersionSettingCameraMapAndTimes) {
     EXPECT_LE(times["p90"], times["p99"]) << stage;
     EXPECT_LE(times["p99"], times["max"]) << stage;
   }
-  EXPECT_EQ(json["timing_ms"]["mapping"]["count"], json["map"]["keyframes"]);
+  EXPECT_GT(json["map"]["lines"], 10);
+  for (const char* stage : {"lines", "mapping"}) {
+    EXPECT_EQ(json["timing_ms"][stage]["count"], json["map"]["keyframes"]) << stage;
+  }
 }
 
 TEST(TimingsCsv, HasALinePerProcessedFrameWithAsManyFieldsAsItsHeader) {
@@ -96,8 +100,8 @@ TEST(TimingsCsv, HasALinePerProcessedFrameWithAsManyFieldsAsItsHeader) {
   std::string header, line;
   std::getline(csv, header);
   EXPECT_EQ(header,
-            "frame,timestamp,state,keypoints,inliers,keyframe,load_ms,features_ms,instances_ms,tracking_ms,"
-            "mapping_ms");
+            "frame,timestamp,state,keypoints,inliers,lines,keyframe,load_ms,features_ms,instances_ms,"
+            "tracking_ms,lines_ms,mapping_ms");
   std::vector<std::string> lines;
   while (std::getline(csv, line)) lines.push_back(line);
   ASSERT_EQ(lines.size(), 8U);
@@ -113,6 +117,7 @@ TEST(RunText, NamesWhatWasSkippedWithAnExample) {
   run.pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
     const std::string text = run_text(run.result, map, {});
     EXPECT_THAT(text, HasSubstr("10 frames: 8 tracked, 0 lost, 2 skipped"));
+    EXPECT_THAT(text, HasSubstr(fmt::format("{} points, {} lines", map.points().size(), map.lines().size())));
     EXPECT_THAT(text, HasSubstr("2 x truncated color image, e.g. rgb/x.png: too short"));
   });
 }

@@ -67,6 +67,7 @@ TEST(SlamApi, GivesTheSamePosesAsThePipeline) {
     const TrackingResult result = slam.process(color_view(frame), depth_view(frame), frame.timestamp);
     EXPECT_EQ(result.state, expected.state);
     EXPECT_EQ(result.inliers, expected.inliers);
+    EXPECT_EQ(result.lines, expected.lines);
     EXPECT_EQ(result.keyframe, expected.keyframe);
     EXPECT_EQ(result.T_wc.tx, expected.T_wc.translation().x());
     EXPECT_EQ(result.T_wc.qw, expected.T_wc.rotation().w());

@@ -1,0 +1,164 @@
+#include "pipeline/mapping_schedule.hpp"
+
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "support/map_checks.hpp"
+#include "support/rendered_sequence.hpp"
+#include "support/synthetic_world.hpp"
+
+namespace ipl_slam {
+namespace {
+
+using test::expect_consistent;
+using testing::small_camera;
+using testing::small_room;
+
+LocalMapper mapper() {
+  return {small_camera(), test::kTestPyramid, DepthNoiseOptions{}, MappingOptions{}};
+}
+
+LineExtractor extractor() {
+  return {LineMethod::kEdges, LineOptions{}, small_camera(), DepthNoiseOptions{}};
+}
+
+// Frames of the room as keyframes at their true poses, without keypoints: what the map gets is lines.
+std::vector<NewKeyframe> keyframes(int count) {
+  SyntheticSource source(small_room(count));
+  std::vector<NewKeyframe> result;
+  const auto walk = testing::render_all(small_room(count));
+  for (std::size_t i = 0; i < walk.size(); ++i) {
+    NewKeyframe keyframe;
+    TrackedFrame& tracked = keyframe.candidate.tracked;
+    tracked.frame = test::SyntheticWorld::make_frame({}, i);
+    tracked.state = TrackingState::kTracking;
+    tracked.T_cw = source.T_wc(i).inverse();
+    cv::cvtColor(walk[i].color, keyframe.grey, cv::COLOR_BGR2GRAY);
+    keyframe.depth = walk[i].depth;
+    result.push_back(std::move(keyframe));
+  }
+  return result;
+}
+
+std::vector<std::unique_ptr<MappingSchedule>> both_schedules(bool with_lines = true) {
+  const auto lines = [&] { return with_lines ? std::optional(extractor()) : std::nullopt; };
+  std::vector<std::unique_ptr<MappingSchedule>> schedules;
+  schedules.push_back(make_lockstep_mapping(mapper(), lines()));
+  schedules.push_back(make_realtime_mapping(mapper(), lines(), 2));
+  return schedules;
+}
+
+TEST(MappingSchedule, TheFirstLocalMapHasTheLinesOfTheFirstKeyframe) {
+  const NewKeyframe first = keyframes(1)[0];
+  for (const auto& schedule : both_schedules()) {
+    EXPECT_FALSE(schedule->local_map());
+    schedule->start(first);
+    ASSERT_TRUE(schedule->local_map());
+    EXPECT_GT(schedule->local_map()->lines.size(), 10U);
+  }
+}
+
+TEST(MappingSchedule, FinishWaitsUntilTheLinesOfAllKeyframesAreInTheMap) {
+  const std::vector<NewKeyframe> walk = keyframes(6);
+  for (const auto& schedule : both_schedules()) {
+    schedule->start(walk[0]);
+    for (std::size_t i = 1; i < walk.size(); ++i) schedule->submit(walk[i]);
+    schedule->finish();
+    EXPECT_TRUE(schedule->idle());
+    EXPECT_EQ(schedule->local_map()->keyframes.back().id, KeyframeId{5});
+    schedule->read([&](const Map& map, const std::vector<MappingTime>& times) {
+      expect_consistent(map);
+      ASSERT_EQ(times.size(), walk.size());
+      for (std::size_t i = 0; i < times.size(); ++i) {
+        EXPECT_EQ(times[i].frame_index, i) << "in the order they were submitted";
+        EXPECT_GT(times[i].lines, 0.0);
+        EXPECT_GT(times[i].mapping, 0.0);
+      }
+      map.keyframes().for_each([](KeyframeId id, const Keyframe& keyframe) {
+        EXPECT_GT(keyframe.line_features->size(), 10U) << "keyframe " << id.value;
+      });
+      EXPECT_GT(map.lines().size(), 10U);
+    });
+  }
+}
+
+TEST(MappingSchedule, LinesThatAreThereAreNotExtractedAgain) {
+  NewKeyframe keyframe = keyframes(1)[0];
+  const auto lines = std::make_shared<const LineFeatures>();
+  keyframe.candidate.lines = lines;
+  for (const auto& schedule : both_schedules()) {
+    schedule->start(keyframe);
+    schedule->read([&](const Map& map, const std::vector<MappingTime>& times) {
+      EXPECT_EQ(map.keyframes()[KeyframeId{0}].line_features, lines);
+      EXPECT_EQ(times.at(0).lines, 0.0);
+    });
+  }
+}
+
+TEST(MappingSchedule, WithoutAnExtractorThereAreNoLines) {
+  const std::vector<NewKeyframe> walk = keyframes(2);
+  for (const auto& schedule : both_schedules(false)) {
+    schedule->start(walk[0]);
+    schedule->submit(walk[1]);
+    schedule->finish();
+    schedule->read([](const Map& map, const std::vector<MappingTime>& times) {
+      EXPECT_EQ(map.keyframes().size(), 2U);
+      EXPECT_EQ(map.lines().size(), 0U);
+      for (const MappingTime& time : times) EXPECT_EQ(time.lines, 0.0);
+    });
+  }
+}
+
+TEST(RealtimeMapping, LinesAreExtractedWhileTheMapperIsHeldUp) {
+  const std::vector<NewKeyframe> walk = keyframes(4);
+  const auto schedule = make_realtime_mapping(mapper(), extractor(), 1);
+  schedule->start(walk[0]);
+  const auto wait_for_room = [&] {
+    // Generous: what is waited for takes milliseconds.
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (!schedule->has_room() && std::chrono::steady_clock::now() < give_up) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return schedule->has_room();
+  };
+  // The mapper rests while the map is read. With one place in front of each thread, the first keyframe waits
+  // in the mapper's hands and the second before it; there is room for the third only if the thread that
+  // extracts lines goes on.
+  schedule->read([&](const Map&, const std::vector<MappingTime>&) {
+    for (std::size_t i = 1; i < walk.size(); ++i) {
+      ASSERT_TRUE(wait_for_room()) << "keyframe " << i;
+      schedule->submit(walk[i]);
+    }
+    EXPECT_FALSE(schedule->idle());
+  });
+  schedule->finish();
+  schedule->read([&](const Map& map, const std::vector<MappingTime>& times) {
+    EXPECT_EQ(times.size(), walk.size());
+    EXPECT_GT(map.lines().size(), 10U);
+  });
+}
+
+TEST(RealtimeMapping, AFailureToExtractLinesReachesTheCaller) {
+  std::vector<NewKeyframe> walk = keyframes(2);
+  const auto schedule = make_realtime_mapping(mapper(), extractor(), 2);
+  schedule->start(walk[0]);
+  walk[1].grey = cv::Mat::zeros(10, 10, CV_8UC1);  // not of the camera's size
+  schedule->submit(walk[1]);
+  EXPECT_THROW(schedule->finish(), std::exception);
+}
+
+TEST(RealtimeMapping, CanBeAbandonedWhileLinesAreExtracted) {
+  const std::vector<NewKeyframe> walk = keyframes(4);
+  for (std::size_t after = 1; after <= walk.size(); ++after) {
+    const auto schedule = make_realtime_mapping(mapper(), extractor(), 4);
+    schedule->start(walk[0]);
+    for (std::size_t i = 1; i < after; ++i) schedule->submit(walk[i]);
+    // Destroyed here, without finish().
+  }
+}
+
+}  // namespace
+}  // namespace ipl_slam
