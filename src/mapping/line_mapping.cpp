@@ -67,7 +67,8 @@ std::vector<LineId> LineMapping::create(Map& map, KeyframeId id) const {
     };
     const Eigen::Vector3d start = in_space(segment.start, segment.depth.inverse_start);
     const Eigen::Vector3d end = in_space(segment.end, segment.depth.inverse_end);
-    if (const auto line = Line3::through(start, end)) {
+    const auto line = Line3::through(start, end);
+    if (line && project_line(camera_, map.keyframes()[id].T_cw * *line)) {
       created.push_back(map.add_line(*line, start, end, id, s));
     }
   }

@@ -12,7 +12,7 @@ struct LocalBundleOptions {
   int max_fixed_keyframes = 30;
   int min_shared = 15;
   double line_sigma = 1.0;
-  double line_depth_sigma = 0.005;
+  double line_depth_sigma = 0.01;
   BundleOptions solver;
 
   template <class Visitor>

@@ -46,7 +46,8 @@ struct FeatureOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice("lines", lines, {"off", "lsd", "edges"},
-             "lines beside points, and how they are found in keyframes: lsd = line segment detector, edges = our own");
+             "lines beside points, and how they are found in keyframes: lsd = line segment detector, edges = "
+             "our own");
   }
 };
 

@@ -23,7 +23,7 @@ std::optional<LineExtractor> make_line_extractor(const Camera& camera, const Con
 }
 
 cv::Mat to_grey(const cv::Mat& color) {
-  if (color.channels() == 1) return color;
+  if (color.type() != CV_8UC3) return color;  // grey, or refused by the extractor
   cv::Mat grey;
   cv::cvtColor(color, grey, cv::COLOR_BGR2GRAY);
   return grey;

@@ -46,7 +46,7 @@ std::vector<LineMatch> LineTracker::matches(const LineSights& sights, const Loca
     match.line_w = map.lines[static_cast<std::size_t>(sight.line)].line;
     match.start = sight.at.start;
     match.end = sight.at.end;
-    match.sigma2 = options_.sigma * options_.sigma * sight.at.sigma2;
+    match.sigma2 = sight.at.sigma2;
     matches.push_back(match);
   }
   return matches;

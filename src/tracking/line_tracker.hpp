@@ -19,7 +19,6 @@ struct LineTrackerOptions {
   double min_length = 25.0;
   double radius = 5.0;
   double wide_radius = 15.0;
-  double sigma = 1.0;
   LineSearchOptions search;
 
   template <class Visitor>
@@ -30,8 +29,6 @@ struct LineTrackerOptions {
     v.number("radius", radius, {1.0, 50.0, "px", "search to either side of a line"});
     v.number("wide_radius", wide_radius,
              {1.0, 100.0, "px", "the same while the pose is a mere prediction, for want of points"});
-    v.number("sigma", sigma,
-             {0.1, 10.0, "ratio", "standard deviation of a line's end points over that of the search"});
     v.section("search", search, "search for the edge of a known line");
   }
 };

@@ -162,13 +162,13 @@ int count(const std::vector<std::uint8_t>& flags) {
   return static_cast<int>(std::count(flags.begin(), flags.end(), 1));
 }
 
-const std::array<LineEnd, 2> kEnds{{{{210.0, 330.0}, 0.45}, {{400.0, 180.0}, 0.31}}};
+const std::array<LineEnd, 2> kEnds{{{{210.0, 330.0}, 0.45, 0.04}, {{400.0, 180.0}, 0.31, 0.04}}};
 
 template <int kRows>
 void expect_right_jacobians(const Line3& line_c) {
   Random random(9);
   const SE3 T_cw = SE3::exp(random.twist(0.7));
-  const LineCost<kRows> cost(kCamera, kNoise, kEnds, 1.7, 0.6);
+  const LineCost<kRows> cost(kCamera, kEnds, 1.7, 0.6);
   const SE3Manifold pose_manifold;
   const Line3Manifold line_manifold;
   const std::vector<const ceres::Manifold*> manifolds = {&pose_manifold, &line_manifold};
@@ -203,7 +203,7 @@ TEST(LineCost, is_the_residual_in_standard_deviations_times_the_root_of_the_weig
   // A horizontal line 2 m ahead, which shows in row cy + 25.8.
   const Line3 line = *Line3::through({-1.0, 0.1, 2.0}, {1.0, 0.1, 2.0});
   const double row = kCamera.cy + 0.05 * kCamera.fy;
-  const LineCost<4> cost(kCamera, kNoise, {{{{300.0, row + 3.0}, 0.6}, {{400.0, row - 1.0}, 0.5}}}, 4.0,
+  const LineCost<4> cost(kCamera, {{{{300.0, row + 3.0}, 0.6, 0.02}, {{400.0, row - 1.0}, 0.5, 0.02}}}, 4.0,
                          0.25);
   double pose[kPoseBlockSize], block[kLineBlockSize], residual[4];
   to_pose_block(SE3(), pose);
@@ -213,14 +213,14 @@ TEST(LineCost, is_the_residual_in_standard_deviations_times_the_root_of_the_weig
   EXPECT_NEAR(residual[0], 0.5 * 3.0 / 2.0, 1e-12);
   EXPECT_NEAR(residual[1], -0.5 * 1.0 / 2.0, 1e-12);
   // Off the line by some pixels, the depth is that of the line's point nearest to the ray.
-  EXPECT_NEAR(residual[2], 0.5 * 0.1 / kNoise.inverse_depth_sigma, 1e-2);
+  EXPECT_NEAR(residual[2], 0.5 * 0.1 / 0.02, 1e-2);
   EXPECT_NEAR(residual[3], 0.0, 1e-2);
 }
 
 TEST(LineCost, a_line_that_does_not_show_at_its_end_points_has_a_large_constant_cost) {
   double pose[kPoseBlockSize], line[kLineBlockSize], residual[4], d_pose[28], d_line[24];
   to_pose_block(SE3(), pose);
-  const LineCost<4> cost(kCamera, kNoise, kEnds, 1.0, 1.0);
+  const LineCost<4> cost(kCamera, kEnds, 1.0, 1.0);
   const Line3 behind = *Line3::through({-1.0, 0.1, -2.0}, {1.0, 0.1, -2.0});
   const Line3 through_the_centre = *Line3::through({0.0, 0.0, 0.0}, {1.0, 0.1, 2.0});
   const Line3 in_the_plane_of_the_camera = *Line3::through({-1.0, 1.0, 0.0}, {1.0, 1.0, 0.0});
