@@ -12,8 +12,9 @@
 
 namespace ipl_slam {
 
-/// Settings of line matching between two keyframes of unknown pose. The defaults are from a sweep over three
-/// recordings and three rendered sequences, five and ten frames apart, for precision first, then recall.
+/// Settings of line matching between two keyframes of unknown pose. The map does not use it: it knows its
+/// poses. The defaults are from a sweep over three recordings and three rendered sequences, five and ten
+/// frames apart, for precision first, then recall.
 struct LineMatchOptions {
   int max_distance = 80;            ///< differing bits of 256 at most
   double ratio = 0.8;               ///< best distance over that of the best rival; 1 = no test

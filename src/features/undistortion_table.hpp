@@ -9,7 +9,7 @@
 namespace ipl_slam {
 
 /// Camera::undistort for many pixels of the image at little cost: worked out once on a grid of 8 pixels and
-/// interpolated. Off by at most 0.03 pixel, in the corners, for a lens as
+/// interpolated. Off by at most 0.05 pixel, in the corners, for a lens as
 /// strong as that of TUM freiburg1.
 class UndistortionTable {
  public:

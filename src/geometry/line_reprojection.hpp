@@ -65,8 +65,8 @@ template <class S>
 ///
 ///   e = w_measured - (r x d)^T n / n^T n          1/m, with r the ray of the pixel at z = 1
 ///
-/// It has no counterpart in the paper; its standard deviation is DepthNoiseOptions::inverse_depth_sigma, as
-/// for points. For lines at least kMinLineDistance from the camera centre.
+/// It has no counterpart in the paper; its standard deviation is the caller's matter. For lines at least
+/// kMinLineDistance from the camera centre.
 template <class S>
 struct LineDepthResidual {
   S e;               ///< measured minus predicted inverse depth, 1/m

@@ -7,6 +7,11 @@
 namespace ipl_slam {
 namespace {
 
+// Pieces of one edge point the same way within 11 degrees even where one is short and its depth is poor ...
+constexpr double kSameDirection = 0.98;
+// ... and touch, but for what covers a tenth of the edge.
+constexpr double kMaxGap = 0.1;
+
 // Lines that the keyframes around `id` see.
 std::set<LineId> lines_around(const Map& map, KeyframeId id) {
   std::set<LineId> lines;
@@ -111,9 +116,9 @@ bool LineMapping::agrees(const Line3& line_c, const LineSegment& segment) const 
 // touch or nearly do. Two that one keyframe shows apart are not.
 bool LineMapping::same_edge(const Map& map, LineId a, LineId b) const {
   const Line &first = map.lines()[a], &second = map.lines()[b];
-  if (first.line.direction.dot(second.line.direction) < 0.98) return false;
+  if (first.line.direction.dot(second.line.direction) < kSameDirection) return false;
   const double longer = std::max((first.end - first.start).norm(), (second.end - second.start).norm());
-  if (gap(first, second) > 0.1 * longer) return false;
+  if (gap(first, second) > kMaxGap * longer) return false;
   int views = 0;
   for (const auto& [seen, other] : {std::pair(a, b), std::pair(b, a)}) {
     for (const Observation& o : map.lines()[seen].observations) {

@@ -62,8 +62,8 @@ class LineMapping {
 };
 
 /// Ends of a line as its observations show it: where the rays of the observed end points meet it, the
-/// outermost ones (world, m, in the line's direction). Nothing where no ray does, all being (nearly) parallel
-/// to it, or the line being behind the cameras.
+/// outermost ones (world, m, in the line's direction). Nothing where fewer than two rays do, being (nearly)
+/// parallel to it, or where the line lies behind the cameras or beyond noise.max_depth.
 [[nodiscard]] std::optional<std::pair<Eigen::Vector3d, Eigen::Vector3d>> observed_extent(
     const Map& map, const Camera& camera, const DepthNoiseOptions& noise, const Line3& line_w,
     const std::vector<Observation>& observations);

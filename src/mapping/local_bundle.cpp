@@ -124,6 +124,7 @@ void LocalBundle::add_lines(const Map& map, const LocalBundleOptions& options) {
       if (pose == pose_index_.end()) continue;
       const LineSegment& segment = map.keyframes()[o.keyframe].line_features->segments[o.feature];
       const double sigma = options.line_sigma * std::exp2(segment.octave);
+      // The two ends count as independent: their covariance is small beside line_depth_sigma.
       const auto depth_sigma = [&](int end) {
         return std::hypot(options.line_depth_sigma, std::sqrt(segment.depth.covariance(end, end)));
       };
@@ -163,10 +164,13 @@ void LocalBundle::write_back(Map& map, const BundleResult& result, const Camera&
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     const LineId id = lines_[i];
     if (!map.lines().contains(id)) continue;
-    const auto extent = observed_extent(map, camera, noise, problem.lines[i], map.lines()[id].observations);
-    if (extent) {
-      map.set_line(id, problem.lines[i], extent->first, extent->second);
+    const Line& line = map.lines()[id];
+    const Line3& adjusted = problem.lines[i];
+    if (const auto extent = observed_extent(map, camera, noise, adjusted, line.observations)) {
+      map.set_line(id, adjusted, extent->first, extent->second);
       map.refresh(id);
+    } else if (result.aborted) {
+      map.set_line(id, adjusted, adjusted.nearest_to(line.start), adjusted.nearest_to(line.end));
     } else {
       map.remove(id);
     }

@@ -29,7 +29,7 @@ struct ScheduleOptions {
     v.choice(
         "mode", mode, {"lockstep", "realtime"},
         "lockstep: stages in fixed order, same input gives the same bytes; realtime: segmentation, contour "
-        "window and mapping on threads of their own");
+        "window, line extraction and mapping on threads of their own");
     v.number("threads", threads,
              {1, 64, "count", "threads inside a stage; the result does not depend on it"});
     v.number("frame_queue", frame_queue,

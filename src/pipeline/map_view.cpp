@@ -1,10 +1,12 @@
 #include "pipeline/map_view.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 #include "evaluation/plot_axes.hpp"
 
@@ -44,6 +46,19 @@ void draw_keyframe(PlotCanvas& canvas, const PlotAxes& axes, const SE3& T_wc) {
   canvas.polyline(view, kKeyframe, 1.2);
 }
 
+// The part of the line that lies in the box, to a tenth of a picture's pixel.
+void draw_map_line(PlotCanvas& canvas, const PlotAxes& axes, const Line& line) {
+  constexpr double kParts = 10.0;  // cv::clipLine takes whole numbers
+  const auto whole = [&](const Eigen::Vector3d& p) {
+    return cv::Point2l((axes.at(p.x(), p.z()) - kBox.tl()) * kParts);
+  };
+  cv::Point2l from = whole(line.start), to = whole(line.end);
+  const cv::Size2l box(std::lround(kBox.width * kParts), std::lround(kBox.height * kParts));
+  if (!cv::clipLine(box, from, to)) return;
+  const auto back = [&](const cv::Point2l& p) { return kBox.tl() + cv::Point2d(p) / kParts; };
+  canvas.polyline({back(from), back(to)}, kLineColor, 1.2);
+}
+
 }  // namespace
 
 cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
@@ -77,10 +92,7 @@ cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
         std::clamp((-p.position.y() - height.low) / std::max(height.extent(), 1e-6), 0.0, 1.0);
     canvas.disc(at, 1.3, kLow + share * (kHigh - kLow));
   });
-  map.lines().for_each([&](LineId, const Line& l) {
-    const cv::Point2d from = axes.at(l.start.x(), l.start.z()), to = axes.at(l.end.x(), l.end.z());
-    if (kBox.contains(from) && kBox.contains(to)) canvas.polyline({from, to}, kLineColor, 1.2);
-  });
+  map.lines().for_each([&](LineId, const Line& l) { draw_map_line(canvas, axes, l); });
   for (const StampedPose& pose : path)
     line.push_back(axes.at(pose.T_wc.translation().x(), pose.T_wc.translation().z()));
   if (line.size() > 1) canvas.polyline(line, kEstimate, 2.0);

@@ -13,13 +13,13 @@
 namespace ipl_slam {
 namespace {
 
-// Adds the keyframe's lines; milliseconds. Does nothing without an extractor or where they are there already.
-double extract_lines(std::optional<LineExtractor>& extractor, NewKeyframe& keyframe) {
-  if (!extractor || keyframe.candidate.lines) return 0.0;
+// Adds the keyframe's lines. Does nothing without an extractor or where they are there already.
+void extract_lines(std::optional<LineExtractor>& extractor, NewKeyframe& keyframe) {
+  if (!extractor || keyframe.candidate.lines) return;
   const Stopwatch stopwatch;
   keyframe.candidate.lines =
       std::make_shared<const LineFeatures>(extractor->extract(keyframe.grey, keyframe.depth));
-  return stopwatch.milliseconds();
+  keyframe.line_milliseconds = stopwatch.milliseconds();
 }
 
 class LockstepMapping final : public MappingSchedule {
@@ -29,12 +29,11 @@ class LockstepMapping final : public MappingSchedule {
 
   void start(NewKeyframe first) override { submit(std::move(first)); }
   void submit(NewKeyframe keyframe) override {
-    MappingTime time{.frame_index = keyframe.candidate.tracked.frame->index};
-    time.lines = extract_lines(lines_, keyframe);
+    extract_lines(lines_, keyframe);
     const Stopwatch stopwatch;
     local_map_ = mapper_.process(keyframe.candidate);
-    time.mapping = stopwatch.milliseconds();
-    times_.push_back(time);
+    times_.push_back(
+        {keyframe.candidate.tracked.frame->index, keyframe.line_milliseconds, stopwatch.milliseconds()});
   }
   [[nodiscard]] std::shared_ptr<const LocalMap> local_map() const override { return local_map_; }
   [[nodiscard]] bool idle() const override { return true; }
@@ -58,7 +57,7 @@ class RealtimeMapping final : public MappingSchedule {
         lines_(std::move(lines)),
         queue_size_(queue_size),
         line_queue_(queue_size),
-        mapper_queue_(queue_size),
+        mapper_queue_(1),
         line_thread_([this] { find_lines(); }),
         mapper_thread_([this] { map_keyframes(); }) {}
 
@@ -84,20 +83,24 @@ class RealtimeMapping final : public MappingSchedule {
       std::lock_guard lock(state_mutex_);
       if (failure_) std::rethrow_exception(failure_);
       ++pending_;
-      abort_bundle_ = pending_ > 1;
     }
     line_queue_.push(std::move(keyframe));
   }
 
   [[nodiscard]] std::shared_ptr<const LocalMap> local_map() const override {
     std::lock_guard lock(state_mutex_);
+    if (failure_) std::rethrow_exception(failure_);
     return local_map_;
   }
   [[nodiscard]] bool idle() const override {
     std::lock_guard lock(state_mutex_);
     return pending_ == 0;
   }
-  [[nodiscard]] bool has_room() const override { return line_queue_.size() < queue_size_; }
+  // One is worked on, the others wait.
+  [[nodiscard]] bool has_room() const override {
+    std::lock_guard lock(state_mutex_);
+    return pending_ <= queue_size_;
+  }
 
   void finish() override {
     std::unique_lock lock(state_mutex_);
@@ -111,45 +114,67 @@ class RealtimeMapping final : public MappingSchedule {
   }
 
  private:
-  struct WithLines {
-    KeyframeCandidate candidate;
-    double milliseconds;
-  };
-
   void find_lines() {
     while (auto keyframe = line_queue_.pop()) {
-      try {
-        const double milliseconds = extract_lines(lines_, *keyframe);
-        mapper_queue_.push({std::move(keyframe->candidate), milliseconds});
-      } catch (...) {
-        done_with_one(nullptr, std::current_exception());
+      if (over()) {
+        done_with_one();
+        continue;
       }
+      try {
+        extract_lines(lines_, *keyframe);
+      } catch (...) {
+        fail(std::current_exception());
+        done_with_one();
+        continue;
+      }
+      {
+        std::lock_guard lock(state_mutex_);
+        ++with_lines_;
+        abort_bundle_ = stopping_ || with_lines_ > 1;
+      }
+      mapper_queue_.push(std::move(*keyframe));
     }
   }
 
   void map_keyframes() {
-    while (auto next = mapper_queue_.pop()) {
-      std::shared_ptr<const LocalMap> local_map;
-      std::exception_ptr failure;
-      try {
-        std::lock_guard lock(map_mutex_);
-        const Stopwatch stopwatch;
-        local_map = mapper_.process(next->candidate, &abort_bundle_);
-        times_.push_back(
-            {next->candidate.tracked.frame->index, next->milliseconds, stopwatch.milliseconds()});
-      } catch (...) {
-        failure = std::current_exception();
+    while (auto keyframe = mapper_queue_.pop()) {
+      if (!over()) map_keyframe(*keyframe);
+      {
+        std::lock_guard lock(state_mutex_);
+        --with_lines_;
+        abort_bundle_ = stopping_ || with_lines_ > 1;
       }
-      done_with_one(std::move(local_map), failure);
+      done_with_one();
     }
   }
 
-  void done_with_one(std::shared_ptr<const LocalMap> local_map, std::exception_ptr failure) {
+  void map_keyframe(const NewKeyframe& keyframe) {
+    try {
+      std::lock_guard map_lock(map_mutex_);
+      const Stopwatch stopwatch;
+      auto local_map = mapper_.process(keyframe.candidate, &abort_bundle_);
+      times_.push_back(
+          {keyframe.candidate.tracked.frame->index, keyframe.line_milliseconds, stopwatch.milliseconds()});
+      std::lock_guard lock(state_mutex_);
+      local_map_ = std::move(local_map);
+    } catch (...) {
+      fail(std::current_exception());
+    }
+  }
+
+  // After a failure keyframes are only counted off: the mapper would give them the numbers of those before.
+  // So they are when all is to end.
+  void fail(std::exception_ptr failure) {
     std::lock_guard lock(state_mutex_);
-    if (local_map) local_map_ = std::move(local_map);
-    if (failure) failure_ = failure;
+    if (!failure_) failure_ = std::move(failure);
+  }
+  [[nodiscard]] bool over() const {
+    std::lock_guard lock(state_mutex_);
+    return stopping_ || failure_ != nullptr;
+  }
+  void done_with_one() {
+    std::lock_guard lock(state_mutex_);
     --pending_;
-    abort_bundle_ = stopping_ || pending_ > 1;
     done_.notify_all();
   }
 
@@ -158,9 +183,10 @@ class RealtimeMapping final : public MappingSchedule {
   mutable std::mutex map_mutex_;
   std::optional<LineExtractor> lines_;  // used by the line thread alone
 
-  std::shared_ptr<const LocalMap>
-      local_map_;  // guarded by state_mutex_, as are pending_, stopping_, failure_
-  int pending_ = 0;
+  // Guarded by state_mutex_, down to failure_.
+  std::shared_ptr<const LocalMap> local_map_;
+  std::size_t pending_ = 0;     // submitted, not in the map yet
+  std::size_t with_lines_ = 0;  // of these, those that the mapper works on or could work on
   bool stopping_ = false;
   std::exception_ptr failure_;
   mutable std::mutex state_mutex_;
@@ -169,7 +195,7 @@ class RealtimeMapping final : public MappingSchedule {
   std::atomic<bool> abort_bundle_ = false;
   std::size_t queue_size_;
   BoundedQueue<NewKeyframe> line_queue_;
-  BoundedQueue<WithLines> mapper_queue_;
+  BoundedQueue<NewKeyframe> mapper_queue_;
   std::thread line_thread_, mapper_thread_;  // last: they start when everything else is there
 };
 

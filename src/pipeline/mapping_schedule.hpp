@@ -17,8 +17,9 @@ namespace ipl_slam {
 /// its lines already they are not extracted again.
 struct NewKeyframe {
   KeyframeCandidate candidate;
-  cv::Mat grey;   ///< CV_8UC1
-  cv::Mat depth;  ///< raw units
+  cv::Mat grey;                    ///< CV_8UC1
+  cv::Mat depth;                   ///< raw units
+  double line_milliseconds = 0.0;  ///< what the lines took, once they are there
 };
 
 /// How long a keyframe took, milliseconds.
@@ -36,11 +37,11 @@ class MappingSchedule {
   /// Starts the map; the local map is there when this returns.
   virtual void start(NewKeyframe first) = 0;
   virtual void submit(NewKeyframe keyframe) = 0;
-  /// The newest local map; null before start().
+  /// The newest local map; null before start(). Throws what went wrong on another thread.
   [[nodiscard]] virtual std::shared_ptr<const LocalMap> local_map() const = 0;
   /// Whether a keyframe submitted now would be worked on at once.
   [[nodiscard]] virtual bool idle() const = 0;
-  /// Whether another keyframe can be submitted without waiting.
+  /// Whether another keyframe may be submitted.
   [[nodiscard]] virtual bool has_room() const = 0;
   /// Waits until everything submitted is in the map.
   virtual void finish() = 0;

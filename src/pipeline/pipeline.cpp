@@ -76,7 +76,7 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   result.times.tracking = stopwatch.restart();
 
   if (!map) {
-    result.keyframe = start_map(tracked, grey, image.depth);
+    result.keyframe = start_map(tracked, grey, image.depth, result.times);
   } else if (mapping_->has_room() && policy_.wants(tracked, *map, mapping_->idle())) {
     mapping_->submit(
         {{tracked, tracker_.take_sightings(), tracker_.take_line_sightings()}, grey, image.depth});
@@ -118,13 +118,19 @@ std::vector<InstanceRecord> Pipeline::instance_records() const {
   return records;
 }
 
-// The first keyframe stands at the world's origin.
-bool Pipeline::start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat& depth) {
-  KeyframeCandidate candidate{.tracked = first};
-  if (first_lines_)
-    candidate.lines = std::make_shared<const LineFeatures>(first_lines_->extract(grey, depth));
-  if (!tracker_.can_start_map(*first.frame, candidate.lines.get())) return false;
-  mapping_->start({std::move(candidate), grey, depth});
+// The first keyframe stands at the world's origin. Until there is one each frame's lines are extracted.
+bool Pipeline::start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat& depth, FrameTimes& times) {
+  NewKeyframe keyframe{.candidate = {.tracked = first}, .grey = grey, .depth = depth};
+  if (first_lines_) {
+    const Stopwatch stopwatch;
+    keyframe.candidate.lines = std::make_shared<const LineFeatures>(first_lines_->extract(grey, depth));
+    keyframe.line_milliseconds = stopwatch.milliseconds();
+  }
+  if (!tracker_.can_start_map(*first.frame, keyframe.candidate.lines.get())) {
+    times.features += keyframe.line_milliseconds;
+    return false;
+  }
+  mapping_->start(std::move(keyframe));
   first.state = TrackingState::kTracking;
   first.reference = KeyframeId{keyframes_submitted_++};
   tracker_.start(first);

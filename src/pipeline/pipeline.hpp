@@ -19,7 +19,7 @@ namespace ipl_slam {
 
 /// What a frame cost, milliseconds of wall-clock time.
 struct FrameTimes {
-  double features = 0.0;   ///< colour image to keypoints and descriptors
+  double features = 0.0;   ///< colour image to keypoints and descriptors; before there is a map, lines too
   double instances = 0.0;  ///< instances found (lockstep), carried to the frame and handed on
   double tracking = 0.0;   ///< keypoints and known lines to pose
 };
@@ -68,7 +68,7 @@ class Pipeline {
   };
 
   /// Starts the map with this frame if it shows enough.
-  bool start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat& depth);
+  bool start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat& depth, FrameTimes& times);
   [[nodiscard]] std::vector<InstanceRecord> instance_records() const;
 
   Camera camera_;

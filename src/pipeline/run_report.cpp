@@ -32,11 +32,19 @@ Json distribution(std::vector<double> values) {
           {"p99", percentile(values, 0.99)}, {"max", values.back()}};
 }
 
+// Over all frames.
 template <class Get>
-Json stage_times(const SequenceRun& run, Get get, bool keyframes_only = false) {
+Json stage_times(const SequenceRun& run, Get get) {
+  std::vector<double> values;
+  for (const FrameRecord& f : run.frames) values.push_back(get(f));
+  return distribution(std::move(values));
+}
+
+// Over the frames in which the step was taken.
+Json stage_times(const SequenceRun& run, double FrameRecord::*time) {
   std::vector<double> values;
   for (const FrameRecord& f : run.frames) {
-    if (!keyframes_only || f.mapping > 0.0) values.push_back(get(f));
+    if (f.*time > 0.0) values.push_back(f.*time);
   }
   return distribution(std::move(values));
 }
@@ -86,10 +94,8 @@ Json timing_json(const SequenceRun& run, const InstanceTimes& instances) {
                                   const FrameTimes& t = f.result.times;
                                   return t.features + t.instances + t.tracking;
                                 })},
-          {"lines", stage_times(
-                        run, [](const FrameRecord& f) { return f.lines; }, true)},
-          {"mapping", stage_times(
-                          run, [](const FrameRecord& f) { return f.mapping; }, true)}};
+          {"lines", stage_times(run, &FrameRecord::lines)},
+          {"mapping", stage_times(run, &FrameRecord::mapping)}};
 }
 
 std::map<std::string, std::size_t> skips_by_reason(const SequenceRun& run) {

@@ -6,6 +6,9 @@
 
 namespace ipl_slam {
 
+/// What lies nearer to the camera than this is not looked for, m: no depth camera measures it.
+inline constexpr double kNearPlane = 0.05;
+
 /// The upright rectangle that holds every pixel of the image once the lens distortion is removed.
 struct ImageBounds {
   Eigen::Vector2d min, max;  ///< undistorted pixels, both inside

@@ -5,7 +5,6 @@
 namespace ipl_slam {
 namespace {
 
-constexpr double kNear = 0.05;      // m; nearer than any depth camera measures
 constexpr double kMinLength = 1.0;  // pixels; a shorter piece has no direction worth a name
 
 // Part [from, to] of the way from a piece's start to its end.
@@ -38,7 +37,7 @@ std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> LineVisibility::visib
     const SE3& T_cw, const Eigen::Vector3d& start_w, const Eigen::Vector3d& end_w) const {
   const Eigen::Vector3d start_c = T_cw * start_w, end_c = T_cw * end_w;
   Part in_front;
-  in_front.cut(start_c.z() - kNear, end_c.z() - kNear);
+  in_front.cut(start_c.z() - kNearPlane, end_c.z() - kNearPlane);
   if (in_front.empty()) return std::nullopt;
   const auto [near_c, far_c] = ends(in_front, start_c, end_c);
   const Eigen::Vector2d start = camera_.project(near_c), end = camera_.project(far_c);

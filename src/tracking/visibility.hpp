@@ -24,7 +24,7 @@ class Visibility {
   [[nodiscard]] std::optional<ProjectedPoint> project(const SE3& T_cw, const Landmark& landmark,
                                                       double radius) const {
     const Eigen::Vector3d p_c = T_cw * landmark.position;
-    if (p_c.z() <= kNear) return std::nullopt;
+    if (p_c.z() <= kNearPlane) return std::nullopt;
     const Eigen::Vector2d uv = camera_.project(p_c);
     if (!inside(uv)) return std::nullopt;
     const double distance = p_c.norm();
@@ -49,7 +49,6 @@ class Visibility {
   [[nodiscard]] bool inside(const Eigen::Vector2d& uv) const { return bounds_.contains(uv); }
 
  private:
-  static constexpr double kNear = 0.05;          // m; nearer than any depth camera measures
   static constexpr double kMaxViewCosine = 0.5;  // 60 degrees; a patch looks too different beyond
 
   Camera camera_;
