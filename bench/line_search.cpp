@@ -9,6 +9,7 @@
 #include "common/random.hpp"
 #include "dataset/synthetic/synthetic_source.hpp"
 #include "features/line_detector.hpp"
+#include "tracking/line_search.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -17,8 +18,8 @@ constexpr std::size_t kLines = 60;
 
 struct Scene {
   Camera camera;
-  cv::Mat grey;
-  std::vector<ExpectedLine> expected;
+  cv::Mat grey = {};
+  std::vector<ExpectedLine> expected = {};
 };
 
 Scene make_scene() {
@@ -32,7 +33,7 @@ Scene make_scene() {
     const double du = random.uniform(-2.0, 2.0), dv = random.uniform(-2.0, 2.0);
     return Eigen::Vector2d(du, dv);
   };
-  for (const LineSegment& s : LineDetector(LineMethod::kLsd, {}, scene.camera).detect(scene.grey)) {
+  for (const LineSegment& s : LineDetector(LineMethod::kEdges, {}, scene.camera).detect(scene.grey)) {
     if (scene.expected.size() == kLines) break;
     const Eigen::Vector2d start = s.start.cast<double>() + shift(), end = s.end.cast<double>() + shift();
     scene.expected.push_back({start, end, s.contrast});

@@ -200,9 +200,7 @@ TEST(LineTracker, LinesBehindTheCameraOrOutsideTheImageAreNotVisible) {
 
 TEST(LineTracker, HandsTheLinesFoundToThePoseOptimiser) {
   const Scene scene;
-  LineTrackerOptions doubtful = options();
-  doubtful.sigma = 3.0;
-  const LineTracker tracker(kTestCamera, doubtful);
+  const LineTracker tracker(kTestCamera, options());
   const LineSights sights = tracker.look(scene.grey, scene.T_cw, *scene.local, 5.0);
   const std::vector<LineMatch> matches = tracker.matches(sights, *scene.local);
   ASSERT_EQ(matches.size(), sights.found.size());
@@ -212,7 +210,7 @@ TEST(LineTracker, HandsTheLinesFoundToThePoseOptimiser) {
     EXPECT_EQ(matches[i].line_w.moment, scene.local->lines[static_cast<std::size_t>(sight.line)].line.moment);
     EXPECT_EQ(matches[i].start, sight.at.start);
     EXPECT_EQ(matches[i].end, sight.at.end);
-    EXPECT_DOUBLE_EQ(matches[i].sigma2, 9.0 * sight.at.sigma2);
+    EXPECT_EQ(matches[i].sigma2, sight.at.sigma2);
     EXPECT_EQ(matches[i].weight, 1.0);
   }
 }
