@@ -22,7 +22,7 @@ struct LineTrackerOptions {
   double min_length = 25.0;
   double radius = 5.0;
   double wide_radius = 15.0;
-  double depth_sigma = 0.01;
+  double depth_sigma = 0.002;
   LineSearchOptions search;
 
   template <class Visitor>
