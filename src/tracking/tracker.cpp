@@ -206,8 +206,8 @@ Tracker::Placement Tracker::place_in_local_map(const View& view, const Placement
     keypoints.push_back(k);
   }
   LineSights sights = line_tracker_.look(view.grey, start.T_cw, *map_, options_.lines.radius);
-  // The image of lines leaves the direction of view nearly open. Points close it; where they are rare
-  // the lines' own depth must.
+  // The image of lines leaves the direction of view nearly open. Points close it; where they are rare the
+  // lines' own depth must.
   if (static_cast<int>(matches.size()) < options_.confident_inliers) {
     line_tracker_.measure_depth(view.depth, sights);
   }
