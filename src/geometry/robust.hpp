@@ -10,6 +10,11 @@ inline constexpr double kChi2For2Dof = 5.991;
 inline constexpr double kChi2For3Dof = 7.815;
 inline constexpr double kChi2For4Dof = 9.488;
 
+/// The same by the number of components, 2 to 4.
+[[nodiscard]] constexpr double chi2_threshold(int components) {
+  return components <= 2 ? kChi2For2Dof : components == 3 ? kChi2For3Dof : kChi2For4Dof;
+}
+
 /// Huber's robust cost of a squared error s >= 0: s up to delta^2, growing with sqrt(s) beyond
 /// (Huber, "Robust estimation of a location parameter", 1964). Units: those of s; delta those of its root.
 [[nodiscard]] inline double huber_cost(double s, double delta) {

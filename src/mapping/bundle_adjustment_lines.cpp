@@ -12,10 +12,6 @@ namespace {
 // A direction or moment that misses its length or its right angle by more, as a share, is no line.
 constexpr double kUnitTolerance = 1e-6;
 
-double threshold(int rows) {
-  return rows == 2 ? kChi2For2Dof : rows == 3 ? kChi2For3Dof : kChi2For4Dof;
-}
-
 bool usable(const BundleProblem::LineObservation& o) {
   return sensible(o.start.x()) && sensible(o.start.y()) && sensible(o.end.x()) && sensible(o.end.y()) &&
          std::isfinite(o.inverse_start) && std::isfinite(o.inverse_end) && std::isfinite(o.sigma_start) &&
@@ -70,7 +66,7 @@ BundleLines::BundleLines(const BundleProblem& problem, const Camera& camera, con
   for (std::size_t i = 0; i < problem.lines.size(); ++i) to_line_block(problem.lines[i], line(i));
   for (const auto& o : observations_) costs_.push_back(make_cost(problem, o, camera, noise));
   for (const int rows : {2, 3, 4})
-    losses_.push_back(std::make_unique<ceres::HuberLoss>(std::sqrt(threshold(rows))));
+    losses_.push_back(std::make_unique<ceres::HuberLoss>(std::sqrt(chi2_threshold(rows))));
 }
 
 void BundleLines::add_to(ceres::Problem& ceres, std::vector<PoseBlock>& poses) {
@@ -95,7 +91,7 @@ double BundleLines::classify(const std::vector<PoseBlock>& poses, std::vector<st
     if (!costs_[i]) continue;
     const auto& o = observations_[i];
     const double s = weighted_chi2(*costs_[i], poses[o.pose].data(), line(o.line));
-    const double limit = threshold(costs_[i]->num_residuals());
+    const double limit = chi2_threshold(costs_[i]->num_residuals());
     outlier[i] = s <= o.weight * limit ? 0 : 1;
     cost += 0.5 * huber_cost(s, std::sqrt(limit));
   }

@@ -45,7 +45,7 @@ Pipeline::Pipeline(const Camera& camera, const Config& config)
       extractor_(config.orb, camera, config.depth, &threads_),
       first_lines_(make_line_extractor(camera, config)),
       instances_(make_instance_schedule(camera, config)),
-      tracker_(camera, pyramid_of(config), config.depth, config.tracking),
+      tracker_(camera, pyramid_of(config), config.depth, config.tracking, config.lines.depth),
       policy_(config.keyframes),
       mapping_(make_mapping(camera, config)),
       last_timestamp_(-std::numeric_limits<double>::infinity()) {}
@@ -72,7 +72,7 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   result.times.instances = stopwatch.restart();
 
   const std::shared_ptr<const LocalMap> map = mapping_->local_map();
-  TrackedFrame tracked = tracker_.track(frame, map, first_lines_ ? grey : cv::Mat());
+  TrackedFrame tracked = tracker_.track(frame, map, first_lines_ ? grey : cv::Mat(), image.depth);
   result.times.tracking = stopwatch.restart();
 
   if (!map) {

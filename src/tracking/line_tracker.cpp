@@ -1,11 +1,18 @@
 #include "tracking/line_tracker.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace ipl_slam {
 
-LineTracker::LineTracker(const Camera& camera, const LineTrackerOptions& options)
-    : options_(options), visibility_(camera), search_(camera, options.search) {}
+LineTracker::LineTracker(const Camera& camera, const LineTrackerOptions& options,
+                         const DepthNoiseOptions& noise, const SegmentDepthOptions& depth_options)
+    : camera_(camera),
+      options_(options),
+      noise_(noise),
+      depth_options_(depth_options),
+      visibility_(camera),
+      search_(camera, options.search) {}
 
 LineSights LineTracker::look(const cv::Mat& grey, const SE3& T_cw, const LocalMap& map, double radius) const {
   struct Candidate {
@@ -39,6 +46,17 @@ LineSights LineTracker::look(const cv::Mat& grey, const SE3& T_cw, const LocalMa
   return sights;
 }
 
+void LineTracker::measure_depth(const cv::Mat& depth, LineSights& sights) const {
+  for (LineSight& sight : sights.found) {
+    LineSegment segment;
+    segment.start = sight.at.start.cast<float>();
+    segment.end = sight.at.end.cast<float>();
+    segment.start_pixel = camera_.distort(sight.at.start).cast<float>();
+    segment.end_pixel = camera_.distort(sight.at.end).cast<float>();
+    sight.depth = segment_depth(depth, segment, camera_, noise_, depth_options_);
+  }
+}
+
 std::vector<LineMatch> LineTracker::matches(const LineSights& sights, const LocalMap& map) const {
   std::vector<LineMatch> matches;
   for (const LineSight& sight : sights.found) {
@@ -47,6 +65,12 @@ std::vector<LineMatch> LineTracker::matches(const LineSights& sights, const Loca
     match.start = sight.at.start;
     match.end = sight.at.end;
     match.sigma2 = sight.at.sigma2;
+    if (sight.depth.known()) {
+      match.inverse_start = sight.depth.inverse_start;
+      match.inverse_end = sight.depth.inverse_end;
+      match.sigma_start = std::hypot(options_.depth_sigma, std::sqrt(sight.depth.covariance(0, 0)));
+      match.sigma_end = std::hypot(options_.depth_sigma, std::sqrt(sight.depth.covariance(1, 1)));
+    }
     matches.push_back(match);
   }
   return matches;

@@ -91,8 +91,9 @@ bool usable(const PointMatch& m) {
 bool usable(const LineMatch& m) {
   const double direction2 = m.line_w.direction.squaredNorm();
   return sensible(m.line_w.moment.squaredNorm()) && std::abs(direction2 - 1.0) < 1e-6 &&
-         sensible(m.start.squaredNorm()) && sensible(m.end.squaredNorm()) && m.sigma2 > 1e-9 &&
-         sensible(m.sigma2) && m.weight > 0.0 && sensible(m.weight);
+         sensible(m.start.squaredNorm()) && sensible(m.end.squaredNorm()) && std::isfinite(m.inverse_start) &&
+         std::isfinite(m.inverse_end) && std::isfinite(m.sigma_start) && std::isfinite(m.sigma_end) &&
+         m.sigma2 > 1e-9 && sensible(m.sigma2) && m.weight > 0.0 && sensible(m.weight);
 }
 
 // Fills the row of a usable match; its kWeight stays 0 until it is taken for an inlier.
@@ -117,7 +118,13 @@ bool in_view(const Camera& camera, const SE3& T_cw, const LineMatch& m) {
          inverse_depth_at(camera, line_c, m.end) > 0.0;
 }
 
-void fill(const LineMatch& m, std::size_t i, LineTable& table) {
+// Components of a line's residual.
+int rows(const LineTable& table, std::size_t i) {
+  return 2 + static_cast<int>(table.get(i, kStartDepthInfo) > 0.0) +
+         static_cast<int>(table.get(i, kEndDepthInfo) > 0.0);
+}
+
+void fill(const LineMatch& m, const DepthNoiseOptions& noise, std::size_t i, LineTable& table) {
   for (std::size_t k = 0; k < 3; ++k) {
     table.set(i, static_cast<LineField>(kMomentX + k), m.line_w.moment[static_cast<Eigen::Index>(k)]);
     table.set(i, static_cast<LineField>(kDirectionX + k), m.line_w.direction[static_cast<Eigen::Index>(k)]);
@@ -127,6 +134,15 @@ void fill(const LineMatch& m, std::size_t i, LineTable& table) {
   table.set(i, kEndU, m.end.x());
   table.set(i, kEndV, m.end.y());
   table.set(i, kLineInfo, 1.0 / m.sigma2);
+  const auto set_depth = [&](double inverse, double sigma, LineField value, LineField info) {
+    if (inverse * noise.max_depth < 1.0 || inverse * kMinProjectionDepth > 1.0) return;
+    if (sigma <= 0.0) sigma = noise.inverse_depth_sigma;
+    table.set(i, value, inverse);
+    table.set(i, info, 1.0 / (sigma * sigma));
+  };
+  set_depth(m.inverse_start, m.sigma_start, kStartInverseDepth, kStartDepthInfo);
+  set_depth(m.inverse_end, m.sigma_end, kEndInverseDepth, kEndDepthInfo);
+  table.set(i, kLineHuber, std::sqrt(chi2_threshold(rows(table, i))));
 }
 
 // Sets one match's verdict; true where that changed it.
@@ -151,7 +167,7 @@ bool sort_matches(std::span<const PointMatch> points, std::span<const LineMatch>
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const bool usable = tables.lines.get(i, kLineInfo) > 0.0;
-    const bool inlier = usable && tables.lines.get(i, kLineChi2) <= kChi2For2Dof;
+    const bool inlier = usable && tables.lines.get(i, kLineChi2) <= chi2_threshold(rows(tables.lines, i));
     changed |= set_inlier(inlier, estimate.line_inlier[i], estimate.line_inliers);
     tables.lines.set(i, kLineWeight, inlier ? lines[i].weight : 0.0);
   }
@@ -181,7 +197,7 @@ PoseEstimate PoseOptimizer::optimize(const SE3& T_cw, std::span<const PointMatch
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if (!usable(lines[i])) continue;
-    fill(lines[i], i, tables.lines);
+    fill(lines[i], noise_, i, tables.lines);
     if (!in_view(camera_, T_cw, lines[i])) continue;
     tables.lines.set(i, kLineWeight, lines[i].weight);
     ++usable_matches;

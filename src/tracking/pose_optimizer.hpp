@@ -29,6 +29,10 @@ struct LineMatch {
   Eigen::Vector2d start = Eigen::Vector2d::Zero();  ///< observed end points, undistorted pixels
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
   double sigma2 = 1.0;  ///< variance of an end point across the line, pixel^2
+  /// Measured inverse depth at the end points, 1/m; <= 0 = none.
+  double inverse_start = 0.0, inverse_end = 0.0;
+  /// Their standard deviations, 1/m; 0 = DepthNoiseOptions::inverse_depth_sigma.
+  double sigma_start = 0.0, sigma_end = 0.0;
   double weight = 1.0;  ///< alpha_l in [0, 1]; 0 takes the match out
 };
 
@@ -62,7 +66,8 @@ struct PoseEstimate {
 /// Camera pose from matches to known points and lines: Levenberg-Marquardt on the Huber-robust reprojection
 /// error sum rho(alpha_p e_p^T Omega_p e_p) + sum rho(alpha_l e_l^T Omega_l e_l), paper section 3.5. e_p has
 /// measured inverse depth as a third component where there is one (geometry/reprojection.hpp); e_l holds the
-/// distances of both observed end points from the projected line (geometry/line_reprojection.hpp).
+/// distances of both observed end points from the projected line, and the measured inverse depth at each end
+/// point that has one (geometry/line_reprojection.hpp).
 ///
 /// After each round every match is sorted anew: an inlier's unweighted error e^T Omega e stays below the 95 %
 /// chi-square point. alpha says how much a match may pull, not how far off it may be, so it does not enter

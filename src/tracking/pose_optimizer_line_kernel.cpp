@@ -1,11 +1,9 @@
 #include "tracking/pose_optimizer_line_kernel.hpp"
 
 #include <array>
-#include <cmath>
 
 #include "geometry/line_reprojection.hpp"
 #include "geometry/reprojection.hpp"
-#include "geometry/robust.hpp"
 
 namespace ipl_slam::pose_kernel {
 namespace {
@@ -26,12 +24,17 @@ constexpr std::array<int, 6> kAllColumns{0, 1, 2, 3, 4, 5};
         nearest[2];
 }
 
+[[gnu::always_inline]] inline bool any_depth(const Lanes& start_info, const Lanes& end_info) {
+  bool any = false;
+  for (std::size_t l = 0; l < kLanes; ++l) any |= start_info[l] > 0.0 || end_info[l] > 0.0;
+  return any;
+}
+
 [[gnu::always_inline]] inline void evaluate_lanes(const Camera& camera, const SE3& T_cw, bool robust,
                                                   LineTable& table, Normal& out) {
   const Eigen::Matrix3d R = T_cw.rotation_matrix();
   const Eigen::Vector3d t = T_cw.translation();
   const Lanes zero{}, one = zero + 1.0, behind_chi2 = zero + kBehindCameraChi2;
-  const Lanes huber = zero + std::sqrt(kChi2For2Dof);
   Lanes buffer;
   const auto root = [&buffer](const Lanes& v) __attribute__((always_inline))->const Lanes& {
     buffer = v;
@@ -62,16 +65,30 @@ constexpr std::array<int, 6> kAllColumns{0, 1, 2, 3, 4, 5};
     LineResidual<Lanes> start, end;
     line_residual(camera, n, d, l, m[kStartU], m[kStartV], start);
     line_residual(camera, n, d, l, m[kEndU], m[kEndV], end);
-    const Lanes chi2 = seen ? (start.e * start.e + end.e * end.e) * m[kLineInfo] : behind_chi2;
+    Lanes squares = (start.e * start.e + end.e * end.e) * m[kLineInfo];
+    // Most frames have points enough to do without the lines' depth.
+    const bool with_depth = any_depth(m[kStartDepthInfo], m[kEndDepthInfo]);
+    LineDepthResidual<Lanes> start_depth, end_depth;
+    if (with_depth) {
+      line_depth_residual(camera, n, d, m[kStartU], m[kStartV], m[kStartInverseDepth], start_depth);
+      line_depth_residual(camera, n, d, m[kEndU], m[kEndV], m[kEndInverseDepth], end_depth);
+      squares +=
+          start_depth.e * start_depth.e * m[kStartDepthInfo] + end_depth.e * end_depth.e * m[kEndDepthInfo];
+    }
+    const Lanes chi2 = seen ? squares : behind_chi2;
     m[kLineChi2] = chi2;
 
     Lanes weight = seen ? m[kLineWeight] : zero;
     Lanes loss = m[kLineWeight] * chi2;
-    if (robust) apply_huber(huber, loss, weight);
+    if (robust) apply_huber(m[kLineHuber], loss, weight);
     sums.cost += loss;
     const Lanes info = weight * m[kLineInfo];
     sums.add_row(kAllColumns, start.jacobian_xi, start.e, info);
     sums.add_row(kAllColumns, end.jacobian_xi, end.e, info);
+    if (with_depth) {
+      sums.add_row(kAllColumns, start_depth.jacobian_xi, start_depth.e, weight * m[kStartDepthInfo]);
+      sums.add_row(kAllColumns, end_depth.jacobian_xi, end_depth.e, weight * m[kEndDepthInfo]);
+    }
   }
   sums.add_to(out);
 }

@@ -4,26 +4,32 @@
 #include "geometry/se3.hpp"
 #include "tracking/pose_optimizer_lanes.hpp"
 
-// The lines' part of the inner loop of the pose optimiser: residuals of both observed end points
-// (geometry/line_reprojection.hpp), robust weights and normal equations, four lines at a time.
+// The lines' part of the inner loop of the pose optimiser: residuals of both observed end points and
+// of the depth measured there (geometry/line_reprojection.hpp), robust weights and normal equations, four
+// lines at a time.
 
 namespace ipl_slam::pose_kernel {
 
 /// What the table holds per line.
 enum LineField : std::size_t {
-  kMomentX,     ///< n of the line in the world, m
-  kMomentY,     //
-  kMomentZ,     //
-  kDirectionX,  ///< d of the line in the world
-  kDirectionY,  //
-  kDirectionZ,  //
-  kStartU,      ///< observed end points, undistorted pixels
-  kStartV,      //
-  kEndU,        //
-  kEndV,        //
-  kLineInfo,    ///< 1 / variance of an end point across the line, 1/pixel^2
-  kLineWeight,  ///< alpha_l; 0 = takes no part
-  kLineChi2,    ///< output of evaluate_lines()
+  kMomentX,            ///< n of the line in the world, m
+  kMomentY,            //
+  kMomentZ,            //
+  kDirectionX,         ///< d of the line in the world
+  kDirectionY,         //
+  kDirectionZ,         //
+  kStartU,             ///< observed end points, undistorted pixels
+  kStartV,             //
+  kEndU,               //
+  kEndV,               //
+  kLineInfo,           ///< 1 / variance of an end point across the line, 1/pixel^2
+  kStartInverseDepth,  ///< measured at the end points, 1/m
+  kEndInverseDepth,    //
+  kStartDepthInfo,     ///< 1 / variance of the inverse depth, m^2; 0 = no depth measured
+  kEndDepthInfo,       //
+  kLineHuber,          ///< where Huber's kernel turns linear, standard deviations
+  kLineWeight,         ///< alpha_l; 0 = takes no part
+  kLineChi2,           ///< output of evaluate_lines()
   kLineFields
 };
 

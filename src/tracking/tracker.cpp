@@ -13,17 +13,17 @@ PointMatch make_match(const Eigen::Vector3d& point_w, const Keypoint& keypoint, 
 }  // namespace
 
 Tracker::Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
-                 const TrackerOptions& options)
+                 const TrackerOptions& options, const SegmentDepthOptions& line_depth)
     : camera_(camera),
       pyramid_(pyramid),
       options_(options),
       optimizer_(camera, noise, options.pose),
       visibility_(camera, pyramid),
-      line_tracker_(camera, options.lines),
+      line_tracker_(camera, options.lines, noise, line_depth),
       relocalizer_(camera, pyramid, options.relocalizer) {}
 
 TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map,
-                            const cv::Mat& grey) {
+                            const cv::Mat& grey, const cv::Mat& depth) {
   if (!map) {
     TrackedFrame waiting;
     waiting.points.resize(frame->features.size());
@@ -32,7 +32,7 @@ TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<
   }
   adopt(std::move(map));
 
-  const View view{*frame, grey};
+  const View view{*frame, grey, depth};
   Placement placement = place_by_prediction(view);
   if (support(placement) < options_.confident_inliers && last_.frame) {
     // Of a lost camera, too: no keyframe is nearer to where it was.
@@ -73,7 +73,8 @@ Tracker::Placement Tracker::place_by_prediction(const View& view) const {
 
 // Places the frame by lines alone, found from where the camera is expected, before points are looked for.
 Tracker::Placement Tracker::place_by_lines(const View& view, const SE3& T_cw) const {
-  const LineSights sights = line_tracker_.look(view.grey, T_cw, *map_, options_.lines.wide_radius);
+  LineSights sights = line_tracker_.look(view.grey, T_cw, *map_, options_.lines.wide_radius);
+  line_tracker_.measure_depth(view.depth, sights);
   const PoseEstimate estimate = optimizer_.optimize(T_cw, {}, line_tracker_.matches(sights, *map_));
   if (estimate.line_inliers == 0) return {};
   Placement start{.T_cw = estimate.T_cw};
@@ -205,6 +206,11 @@ Tracker::Placement Tracker::place_in_local_map(const View& view, const Placement
     keypoints.push_back(k);
   }
   LineSights sights = line_tracker_.look(view.grey, start.T_cw, *map_, options_.lines.radius);
+  // The image of lines leaves the direction of view nearly open. Points close it; where they are rare the
+  // lines' own depth must.
+  if (static_cast<int>(matches.size()) < options_.confident_inliers) {
+    line_tracker_.measure_depth(view.depth, sights);
+  }
   const PoseEstimate estimate =
       optimizer_.optimize(start.T_cw, matches, line_tracker_.matches(sights, *map_));
 

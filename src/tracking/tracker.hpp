@@ -46,9 +46,10 @@ struct TrackerOptions {
               "pyramid level 0"});
     v.number("min_prediction_inliers", min_prediction_inliers,
              {6, 1000, "count", "inliers with which the predicted pose is believed"});
-    v.number(
-        "confident_inliers", confident_inliers,
-        {6, 10000, "count", "with fewer, wider windows and a search without prediction are tried as well"});
+    v.number("confident_inliers", confident_inliers,
+             {6, 10000, "count",
+              "with fewer, wider windows and a search without prediction are tried as well, "
+              "and the depth of lines is measured"});
     v.number("local_radius", local_radius,
              {1.0, 50.0, "px", "search window around a landmark of the local map, at pyramid level 0"});
     v.number("min_inliers", min_inliers,
@@ -74,13 +75,14 @@ struct TrackerOptions {
 class Tracker {
  public:
   Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
-          const TrackerOptions& options);
+          const TrackerOptions& options, const SegmentDepthOptions& line_depth = {});
 
   /// Places a frame in `map`, null as long as there is none. `grey` is its image, CV_8UC1; empty = lines are
-  /// not looked for. Without a map the state is kInitializing with an
-  /// identity pose; the frame can start the map when can_start_map says so.
+  /// not looked for. `depth` is its depth image, CV_16UC1, raw units; empty = lines have no measured depth.
+  /// Without a map the state is kInitializing with an identity pose; the frame can start the map when
+  /// can_start_map says so.
   [[nodiscard]] TrackedFrame track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map,
-                                   const cv::Mat& grey = {});
+                                   const cv::Mat& grey = {}, const cv::Mat& depth = {});
 
   /// Whether a frame has enough keypoints and lines with depth to start a map. `lines` may be null.
   [[nodiscard]] bool can_start_map(const Frame& frame, const LineFeatures* lines = nullptr) const;
@@ -96,10 +98,11 @@ class Tracker {
   [[nodiscard]] std::vector<Sighting<LineId>> take_line_sightings() { return lines_seen_.take(); }
 
  private:
-  /// The frame being tracked and its image.
+  /// The frame being tracked and its images.
   struct View {
     const Frame& frame;
     const cv::Mat& grey;
+    const cv::Mat& depth;
   };
   /// A pose with the landmarks that support it, as indices into LocalMap::points and lines.
   struct Placement {

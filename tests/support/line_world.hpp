@@ -117,6 +117,31 @@ class LineWorld {
     for (std::uint32_t first = 0; first < edges_.size(); first += 4) draw_rectangle(T_cw, first, grey);
     return grey;
   }
+  /// The depth image that goes with it, CV_16UC1, raw units: known up to 8 pixels from the edges that show
+  /// from end to end, where a depth camera sees the rectangle or something right behind it.
+  [[nodiscard]] cv::Mat depth(const SE3& T_cw) const {
+    cv::Mat depth(camera_.height, camera_.width, CV_16UC1, cv::Scalar(0));
+    for (const Edge& edge : edges_) {
+      if (!shows_whole(T_cw, edge)) continue;
+      const Line3 line_c = T_cw * *Line3::through(edge.start, edge.end);
+      const Eigen::Vector2d start = camera_.project(T_cw * edge.start),
+                            end = camera_.project(T_cw * edge.end);
+      const Eigen::Vector2d along = (end - start).normalized(), across(-along.y(), along.x());
+      const double length = (end - start).norm();
+      for (double t = 0.0; t <= length; t += 0.5) {
+        for (double s = -8.0; s <= 8.0; s += 0.5) {
+          const Eigen::Vector2d uv = start + t * along;
+          const Eigen::Vector2d pixel = camera_.distort(uv + s * across);
+          const int u = static_cast<int>(std::lround(pixel.x())),
+                    v = static_cast<int>(std::lround(pixel.y()));
+          if (u < 0 || v < 0 || u >= camera_.width || v >= camera_.height) continue;
+          depth.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(
+              std::lround(camera_.depth_scale / inverse_depth_at(camera_, line_c, uv)));
+        }
+      }
+    }
+    return depth;
+  }
 
  private:
   static Descriptor random_descriptor(Random& random) {

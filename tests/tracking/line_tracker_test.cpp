@@ -1,6 +1,7 @@
 #include "tracking/line_tracker.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -211,6 +212,38 @@ TEST(LineTracker, HandsTheLinesFoundToThePoseOptimiser) {
     EXPECT_EQ(matches[i].end, sight.at.end);
     EXPECT_EQ(matches[i].sigma2, sight.at.sigma2);
     EXPECT_EQ(matches[i].weight, 1.0);
+  }
+}
+
+TEST(LineTracker, MeasuresTheDepthOfWhatItFinds) {
+  Camera bent = kTestCamera;
+  bent.k1 = -0.15;
+  for (const Camera& camera : {kTestCamera, bent}) {
+    const Scene scene(camera);
+    LineTrackerOptions with_sigma = options();
+    with_sigma.depth_sigma = 0.02;
+    const LineTracker tracker(camera, with_sigma, kTestNoise);
+    LineSights sights = tracker.look(scene.grey, scene.T_cw, *scene.local, 5.0);
+    for (const LineMatch& m : tracker.matches(sights, *scene.local)) EXPECT_EQ(m.inverse_start, 0.0);
+
+    tracker.measure_depth(scene.world.depth(scene.T_cw), sights);
+    std::size_t known = 0;
+    const std::vector<LineMatch> matches = tracker.matches(sights, *scene.local);
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      const LineMatch& m = matches[i];
+      if (m.inverse_start <= 0.0) continue;
+      ++known;
+      // Next to a corner, pixels of the other edge are up to 8 pixels off along this one.
+      const Line3 line_c = scene.T_cw * m.line_w;
+      EXPECT_NEAR(m.inverse_start, inverse_depth_at(camera, line_c, m.start), 0.008) << "line " << i;
+      EXPECT_NEAR(m.inverse_end, inverse_depth_at(camera, line_c, m.end), 0.008) << "line " << i;
+      EXPECT_DOUBLE_EQ(m.sigma_start, std::hypot(0.02, std::sqrt(sights.found[i].depth.covariance(0, 0))));
+      EXPECT_DOUBLE_EQ(m.sigma_end, std::hypot(0.02, std::sqrt(sights.found[i].depth.covariance(1, 1))));
+    }
+    EXPECT_GT(known, 45U);
+
+    tracker.measure_depth({}, sights);
+    for (const LineMatch& m : tracker.matches(sights, *scene.local)) EXPECT_EQ(m.inverse_start, 0.0);
   }
 }
 

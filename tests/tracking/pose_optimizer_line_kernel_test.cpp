@@ -22,10 +22,15 @@ struct Sight {
   Line3 line_w;
   Eigen::Vector2d start, end;
   double info, weight;
+  Eigen::Vector2d inverse_depth = Eigen::Vector2d::Zero(), depth_info = Eigen::Vector2d::Zero();  // per end
 };
 
-// Lines on both sides of the camera, errors on both sides of Huber's threshold, some without weight, and one
-// through the camera's centre.
+int rows(const Sight& s) {
+  return 2 + static_cast<int>((s.depth_info.array() > 0.0).count());
+}
+
+// Lines with measured depth at one end, at both or at none; on both sides of the camera, errors on both sides
+// of Huber's threshold, some without weight, and one through the camera's centre.
 std::vector<Sight> sights(std::size_t count) {
   Random random(3);
   std::vector<Sight> result;
@@ -45,6 +50,11 @@ std::vector<Sight> sights(std::size_t count) {
     result.push_back({*line, kCamera.project(a) + noise(), kCamera.project(b) + noise(), 0.0, 0.0});
     result.back().info = random.uniform(0.2, 1.0);
     result.back().weight = i % 7 == 0 ? 0.0 : random.uniform(0.1, 1.0);
+    for (const int end : {0, 1}) {
+      if (i % 5 == 0 || (i + static_cast<std::size_t>(end)) % 4 == 0 || b.z() < 0.0) continue;
+      result.back().inverse_depth[end] = 1.0 / (end == 0 ? a : b).z() + random.uniform(-0.04, 0.04);
+      result.back().depth_info[end] = 1.0 / std::pow(random.uniform(0.005, 0.03), 2);
+    }
   }
   return result;
 }
@@ -54,17 +64,37 @@ LineTable table_of(const std::vector<Sight>& sights) {
   for (std::size_t i = 0; i < sights.size(); ++i) {
     const Sight& s = sights[i];
     const Eigen::Vector3d &n = s.line_w.moment, &d = s.line_w.direction;
-    const double values[] = {n.x(),       n.y(),       n.z(),     d.x(),     d.y(),  d.z(),
-                             s.start.x(), s.start.y(), s.end.x(), s.end.y(), s.info, s.weight};
+    const double values[] = {n.x(),
+                             n.y(),
+                             n.z(),
+                             d.x(),
+                             d.y(),
+                             d.z(),
+                             s.start.x(),
+                             s.start.y(),
+                             s.end.x(),
+                             s.end.y(),
+                             s.info,
+                             s.inverse_depth[0],
+                             s.inverse_depth[1],
+                             s.depth_info[0],
+                             s.depth_info[1],
+                             std::sqrt(chi2_threshold(rows(s))),
+                             s.weight};
     for (std::size_t f = kMomentX; f <= kLineWeight; ++f) table.set(i, static_cast<LineField>(f), values[f]);
   }
   return table;
 }
 
-// Both residuals by way of project_line(), nothing of the formulas under test.
-Eigen::Vector2d residual(const SE3& T_cw, const Sight& s) {
-  const ImageLine l = project_line(kCamera, T_cw * s.line_w).value();
-  return {signed_distance(l, s.start), signed_distance(l, s.end)};
+// All residuals, those of depth 0 where there is none, by way of project_line() and inverse_depth_at():
+// nothing of the formulas under test.
+Eigen::Vector4d residual(const SE3& T_cw, const Sight& s) {
+  const Line3 line_c = T_cw * s.line_w;
+  const ImageLine l = project_line(kCamera, line_c).value();
+  const auto depth = [&](int end, const Eigen::Vector2d& uv) {
+    return s.depth_info[end] > 0.0 ? s.inverse_depth[end] - inverse_depth_at(kCamera, line_c, uv) : 0.0;
+  };
+  return {signed_distance(l, s.start), signed_distance(l, s.end), depth(0, s.start), depth(1, s.end)};
 }
 
 bool in_view(const Sight& s) {
@@ -85,22 +115,22 @@ struct Reference {
   }
 
   void add(const Sight& s, bool robust) {
-    const double delta = std::sqrt(kChi2For2Dof);
+    const double delta = std::sqrt(chi2_threshold(rows(s)));
     const auto rho = [&](double error) { return robust ? huber_cost(error, delta) : error; };
     if (!in_view(s)) {
       chi2.push_back(kBehindCameraChi2);
       cost += rho(s.weight * kBehindCameraChi2);
       return;
     }
-    const Eigen::Vector2d e = residual(kPose, s);
-    const Eigen::Matrix<double, 2, 6> j = testing::numeric_jacobian<2, 6>(
+    const Eigen::Vector4d e = residual(kPose, s), info(s.info, s.info, s.depth_info[0], s.depth_info[1]);
+    const Eigen::Matrix<double, 4, 6> j = testing::numeric_jacobian<4, 6>(
         [&](const Vector6d& xi) { return residual(SE3::exp(xi) * kPose, s); });
-    chi2.push_back(s.info * e.squaredNorm());
+    chi2.push_back(e.dot(info.cwiseProduct(e)));
     const double error = s.weight * chi2.back();
-    const double w = s.weight * s.info * (robust ? huber_weight(error, delta) : 1.0);
+    const Eigen::Vector4d w = s.weight * (robust ? huber_weight(error, delta) : 1.0) * info;
     cost += rho(error);
-    gradient += w * j.transpose() * e;
-    hessian += w * j.transpose() * j;
+    gradient += j.transpose() * w.cwiseProduct(e);
+    hessian += j.transpose() * w.asDiagonal() * j;
   }
 };
 
@@ -123,6 +153,27 @@ TEST(PoseLineKernel, SumsWhatTheFormulasSayWithTheirDerivatives) {
       for (std::size_t i = 0; i < count; ++i)
         EXPECT_NEAR(table.get(i, kLineChi2), expected.chi2[i], 1e-9 * (1.0 + expected.chi2[i])) << i;
     }
+  }
+}
+
+TEST(PoseLineKernel, ALineWithoutDepthGivesTheSameBitsBesideOneWithDepth) {
+  std::vector<Sight> lines = sights(4);
+  for (Sight& s : lines) s.weight = 0.0, s.inverse_depth.setZero(), s.depth_info.setZero();
+  lines[1].weight = 0.7;
+  for (const bool robust : {false, true}) {
+    LineTable alone = table_of(lines);
+    Normal expected, sums;
+    evaluate_lines(kCamera, kPose, robust, alone, expected);
+    std::vector<Sight> with = lines;
+    with[2].inverse_depth = {0.4, 0.5}, with[2].depth_info = {1e4, 1e4};
+    LineTable beside = table_of(with);
+    evaluate_lines(kCamera, kPose, robust, beside, sums);
+    EXPECT_GT(sums.cost, 0.0);
+    EXPECT_EQ(sums.cost, expected.cost);
+    for (int i = 0; i < 6; ++i) EXPECT_EQ(sums.gradient[i], expected.gradient[i]) << i;
+    for (int i = 0; i < 21; ++i) EXPECT_EQ(sums.hessian[i], expected.hessian[i]) << i;
+    EXPECT_EQ(beside.get(1, kLineChi2), alone.get(1, kLineChi2));
+    EXPECT_GT(beside.get(2, kLineChi2), alone.get(2, kLineChi2)) << "its depth is off";
   }
 }
 

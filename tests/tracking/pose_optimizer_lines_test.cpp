@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "common/random.hpp"
@@ -262,6 +263,125 @@ TEST(PoseOptimizerLines, NumbersThatAreNoneAreOutliersAndSpoilNothing) {
     EXPECT_TRUE(estimate.information.allFinite());
     EXPECT_EQ(estimate.line_inliers, 4);
     for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(estimate.line_inlier[i], 0) << i;
+  }
+}
+
+// The corner of a room, 3 m away: three edges that meet, of which the camera sees the last metre.
+std::vector<LineMatch> corner(Random* random = nullptr) {
+  const Eigen::Vector3d meet(0.1, -0.2, 3.0);
+  std::vector<LineMatch> lines;
+  for (const Eigen::Vector3d& axis : {Eigen::Vector3d(-0.8, 0.2, -0.56), Eigen::Vector3d(0.8, 0.2, -0.56),
+                                      Eigen::Vector3d(0.0, 0.95, 0.3)}) {
+    lines.push_back(seen(meet, meet + axis, random));
+  }
+  return lines;
+}
+
+// Gives a line the depth at its end points, `error` in 1/m too near.
+void measure(LineMatch& m, double sigma, double error = 0.0, Random* random = nullptr) {
+  const Line3 line_c = kTrue * m.line_w;
+  const auto noise = [&] { return random != nullptr ? random->normal(0.0, sigma) : 0.0; };
+  m.inverse_start = inverse_depth_at(kCamera, line_c, m.start) + error + noise();
+  m.inverse_end = inverse_depth_at(kCamera, line_c, m.end) + error + noise();
+  m.sigma_start = m.sigma_end = sigma;
+}
+
+TEST(PoseOptimizerLines, DepthTellsHowFarAwayACornerIs) {
+  // Three lines through one point fix no distance: scaled about the camera's centre the world looks the same
+  // as long as the corner stays on its ray.
+  const SE3 farther(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.1, -0.2, 3.0) * 0.02);
+  const SE3 start = farther * kTrue;
+  std::vector<LineMatch> lines = corner();
+  const PoseEstimate open = optimize({}, lines, start);
+  EXPECT_EQ(open.line_inliers, 3);
+  EXPECT_GT(error(open.T_cw).norm(), 0.03) << "the image alone leaves it where it was";
+
+  for (LineMatch& m : lines) measure(m, 0.01);
+  const PoseEstimate closed = optimize({}, lines, start);
+  EXPECT_EQ(closed.line_inliers, 3);
+  EXPECT_LT(error(closed.T_cw).norm(), 1e-6);
+  EXPECT_EQ(Eigen::FullPivLU<Matrix6d>(closed.information).setThreshold(1e-9).rank(), 6);
+}
+
+TEST(PoseOptimizerLines, DepthAtOneEndCounts) {
+  std::vector<LineMatch> lines = corner();
+  for (LineMatch& m : lines) {
+    measure(m, 0.01);
+    m.inverse_end = 0.0;
+  }
+  const SE3 farther(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.1, -0.2, 3.0) * 0.02);
+  EXPECT_LT(error(optimize({}, lines, farther * kTrue).T_cw).norm(), 1e-6);
+}
+
+TEST(PoseOptimizerLines, NoisyDepthGivesThePoseAndItsPrecision) {
+  // As without depth; here the precision along the view is that of depth alone.
+  double sum = 0.0;
+  for (std::uint64_t draw = 0; draw < 50; ++draw) {
+    Random random(400 + draw);
+    std::vector<LineMatch> lines;
+    for (int i = 0; i < 4; ++i) {
+      for (LineMatch& m : corner(&random)) {
+        measure(m, 0.005, 0.0, &random);
+        lines.push_back(m);
+      }
+    }
+    const Vector6d e = error(optimize({}, lines).T_cw);
+    sum += e.dot(optimize({}, lines).information * e);
+  }
+  EXPECT_GT(sum / 50.0, 4.0);
+  EXPECT_LT(sum / 50.0, 8.5);
+}
+
+TEST(PoseOptimizerLines, OnlyGrosslyWrongDepthMakesAnOutlier) {
+  // As for points, chi-square is that of all components: 9.488 for four. Two depths that are both off by 1.5
+  // deviations make 4.5, by 4 deviations 32.
+  const auto with_error = [](double deviations) {
+    std::vector<LineMatch> lines = box_edges();
+    for (LineMatch& m : lines) measure(m, 0.01);
+    measure(lines[5], 0.01, 0.01 * deviations);
+    return optimize({}, lines);
+  };
+  EXPECT_EQ(with_error(1.5).line_inlier[5], 1);
+  const PoseEstimate gross = with_error(4.0);
+  EXPECT_EQ(gross.line_inlier[5], 0);
+  EXPECT_EQ(gross.line_inliers, 11);
+  EXPECT_LT(error(gross.T_cw).norm(), 1e-6) << "and then it does not pull";
+}
+
+TEST(PoseOptimizerLines, DepthThatIsNoneOrOutOfRangeChangesNoBit) {
+  Random random(21), again(21);
+  const PoseEstimate without = optimize(some_points(5), box_edges(&random));
+  std::vector<LineMatch> lines = box_edges(&again);
+  const double none[] = {0.0, -0.5, 0.05, 200.0};  // unknown; 20 m away; 5 mm away
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    lines[i].inverse_start = none[i % 4], lines[i].inverse_end = none[(i + 1) % 4];
+    lines[i].sigma_start = lines[i].sigma_end = 0.01;
+  }
+  const PoseEstimate with = optimize(some_points(5), lines);
+  EXPECT_EQ(with.T_cw.translation(), without.T_cw.translation());
+  EXPECT_EQ(with.T_cw.rotation().coeffs(), without.T_cw.rotation().coeffs());
+  EXPECT_EQ(with.information, without.information);
+  EXPECT_EQ(with.line_inlier, without.line_inlier);
+}
+
+TEST(PoseOptimizerLines, DepthWithoutADeviationHasThatOfTheCamera) {
+  std::vector<LineMatch> camera_s = corner(), own = corner();
+  for (LineMatch& m : camera_s) measure(m, 0.0);
+  for (LineMatch& m : own) measure(m, DepthNoiseOptions{}.inverse_depth_sigma);
+  EXPECT_EQ(optimize({}, camera_s).information, optimize({}, own).information);
+}
+
+TEST(PoseOptimizerLines, DepthThatIsNoNumberIsAnOutlier) {
+  for (const double bad : {kNan, kInf, -kInf}) {
+    std::vector<LineMatch> lines = box_edges();
+    lines[0].inverse_start = bad;
+    lines[1].inverse_end = bad;
+    lines[2].sigma_start = bad;
+    lines[3].sigma_end = bad;
+    const PoseEstimate estimate = optimize({}, lines);
+    EXPECT_LT(error(estimate.T_cw).norm(), 1e-9) << bad;
+    EXPECT_EQ(estimate.line_inliers, 8);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(estimate.line_inlier[i], 0) << i;
   }
 }
 

@@ -470,6 +470,51 @@ TEST(TrackerLines, HelpWherePointsAreFew) {
   EXPECT_EQ(state(false, true), TrackingState::kLost);
 }
 
+TEST(TrackerLines, TheirDepthCountsWherePointsAreRare) {
+  StartedOnLines without, right, wrong;
+  const SE3 T_cw = on_short_path(1);
+  const auto track = [&](StartedOnLines& s, const cv::Mat& depth) {
+    return s.tracker.track(SyntheticWorld::make_frame({}, 1), s.local, s.world.image(T_cw), depth).T_cw;
+  };
+  const cv::Mat depth = right.world.depth(T_cw);
+  cv::Mat farther;
+  depth.convertTo(farther, CV_16U, 1.02);  // by 0.008 1/m at 2.5 m
+  EXPECT_LT(pose_difference(track(right, depth), T_cw), kSettledOnLines);
+  const double pull = track(without, {}).translation().z() - track(wrong, farther).translation().z();
+  EXPECT_LT(pull, -1e-4) << "the camera steps back, as far as the image lets it";
+}
+
+TEST(TrackerLines, TheirDepthIsNotLookedAtWherePointsAreEnough) {
+  const auto place = [](int confident_inliers, bool with_depth) {
+    TrackerOptions options = line_options();
+    options.confident_inliers = confident_inliers;
+    const SyntheticWorld points;
+    const LineWorld lines;
+    WorldMap map(points);
+    LineWorldMap line_map(lines);
+    Tracker tracker(kTestCamera, kTestPyramid, kTestNoise, options);
+    const View first = points.look(SE3{}, 0, kNoisy);
+    map.add(first);
+    line_map.add(lines.look(SE3{}, 0));
+    LocalMap local = *map.snapshot();
+    local.lines = line_map.snapshot()->lines;
+    for (std::uint32_t i = 0; i < local.lines.size(); ++i) local.keyframes[0].lines.push_back(i);
+    TrackedFrame tracked = tracker.track(first.frame, nullptr);
+    tracked.state = TrackingState::kTracking;
+    tracked.reference = KeyframeId{0};
+    tracker.start(tracked);
+    const SE3 T_cw = camera_at({0.002, 0.0, 0.0});
+    const cv::Mat depth = with_depth ? lines.depth(T_cw) : cv::Mat();
+    tracked = tracker.track(points.look(T_cw, 1, kNoisy).frame, std::make_shared<const LocalMap>(local),
+                            lines.image(T_cw), depth);
+    EXPECT_GT(tracked.inliers, 50);
+    EXPECT_GT(tracked.lines.size(), 30U);
+    return tracked.T_cw.translation();
+  };
+  EXPECT_EQ(place(50, true), place(50, false));
+  EXPECT_NE(place(10000, true), place(10000, false));
+}
+
 TEST(TrackerLines, TheReferenceIsTheKeyframeThatSharesMostLines) {
   TrackerOptions options = line_options();
   options.lines.max_lines = 1000;
