@@ -20,7 +20,7 @@ struct LineSearchOptions {
   double max_tilt = 0.1;
   double max_spread = 0.5;
   double ambiguity = 0.4;
-  double sigma = 1.0;
+  double sigma = 0.7;
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -1,13 +1,24 @@
 #include "tracking/tracker.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
+
+#include <Eigen/Eigenvalues>
 
 namespace ipl_slam {
 namespace {
 
 PointMatch make_match(const Eigen::Vector3d& point_w, const Keypoint& keypoint, const ScalePyramid& pyramid) {
   return {point_w, keypoint.undistorted.cast<double>(), keypoint.depth, pyramid.sigma2(keypoint.level), 1.0};
+}
+
+// Standard deviation in the direction a pose is least certain of.
+double largest_deviation(const Matrix6d& information) {
+  const double least =
+      Eigen::SelfAdjointEigenSolver<Matrix6d>(information, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
+  return least > 0.0 ? 1.0 / std::sqrt(least) : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -55,9 +66,9 @@ void Tracker::adopt(std::shared_ptr<const LocalMap> map) {
 }
 
 // Windows widen until enough of the last frame's points agree on a motion. Where points are rare lines have a
-// say, too.
+// say, too; a lost camera may not have moved far.
 Tracker::Placement Tracker::place_by_prediction(const View& view) const {
-  if (lost()) return {};
+  if (lost()) return place_by_lines(view, last_.T_cw);
   const SE3 T_cw = motion_.predict(view.frame.timestamp);
   Placement best;
   for (const double widening : {1.0, 2.0, 4.0}) {
@@ -218,6 +229,7 @@ Tracker::Placement Tracker::place_in_local_map(const View& view, const Placement
                       .points = std::move(points),
                       .visible = std::move(landmarks),
                       .inliers = estimate.inliers,
+                      .deviation = largest_deviation(estimate.information),
                       .visible_lines = std::move(sights.visible)};
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
     int& landmark = placement.points[keypoints[i]];
@@ -240,6 +252,7 @@ void Tracker::count_sightings(const Placement& placement) {
 }
 
 double Tracker::support(const Placement& placement) const {
+  if (placement.deviation > options_.max_deviation) return placement.inliers;
   return placement.inliers + options_.line_support * static_cast<double>(placement.lines.size());
 }
 

@@ -28,6 +28,7 @@ struct TrackerOptions {
   int min_inliers = 30;
   int min_inliers_recovering = 50;
   double line_support = 3.0;
+  double max_deviation = 0.05;
   int relocalization_keyframes = 8;
   MatchOptions last_frame_match;
   MatchOptions local_map_match;
@@ -59,6 +60,11 @@ struct TrackerOptions {
     v.number("line_support", line_support,
              {0.0, 100.0, "points",
               "points that a line counts for where points are counted: inliers, keypoints with depth"});
+    v.number("max_deviation", max_deviation,
+             {0.0, 10.0, "m",
+              "lines count only where the pose is known to this in its least certain direction (rad for a "
+              "turn): parallel ones leave "
+              "one open"});
     v.number("relocalization_keyframes", relocalization_keyframes,
              {1, 1000, "count",
               "keyframes a frame that lost its place is compared with; the next frame tries others"});
@@ -111,6 +117,7 @@ class Tracker {
     std::vector<int> visible = {};        // all that should show in the image
     int inliers = 0;                      // of the points
     std::vector<LineSight> lines = {};    // inliers
+    double deviation = 0.0;               // of the pose in its least certain direction, m or rad
     std::vector<int> visible_lines = {};  // all that should show in the image
   };
 

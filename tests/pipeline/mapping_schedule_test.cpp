@@ -112,28 +112,54 @@ TEST(MappingSchedule, WithoutAnExtractorThereAreNoLines) {
   }
 }
 
+// A keyframe whose lines cannot be extracted: its image is not of the camera's size.
+NewKeyframe broken(NewKeyframe keyframe) {
+  keyframe.grey = cv::Mat::zeros(10, 10, CV_8UC1);
+  return keyframe;
+}
+
+bool has_failed(const MappingSchedule& schedule) {
+  try {
+    (void)schedule.local_map();
+    return false;
+  } catch (const std::exception&) {
+    return true;
+  }
+}
+
 TEST(RealtimeMapping, LinesAreExtractedWhileTheMapperIsHeldUp) {
-  const std::vector<NewKeyframe> walk = keyframes(4);
-  const auto schedule = make_realtime_mapping(mapper(), extractor(), 1);
+  const std::vector<NewKeyframe> walk = keyframes(3);
+  const auto schedule = make_realtime_mapping(mapper(), extractor(), 3);
   schedule->start(walk[0]);
-  const auto wait_for_room = [&] {
+  // The mapper rests while the map is read: that the second keyframe fails can come from the line thread
+  // only.
+  schedule->read([&](const Map&, const std::vector<MappingTime>&) {
+    schedule->submit(walk[1]);
+    schedule->submit(broken(walk[2]));
     // Generous: what is waited for takes milliseconds.
     const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (!schedule->has_room() && std::chrono::steady_clock::now() < give_up) {
+    while (!has_failed(*schedule) && std::chrono::steady_clock::now() < give_up) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    return schedule->has_room();
-  };
-  // The mapper rests while the map is read. With one place in front of each thread, the first keyframe waits
-  // in the mapper's hands and the second before it; there is room for the third only if the thread that
-  // extracts lines goes on.
+    EXPECT_TRUE(has_failed(*schedule));
+  });
+}
+
+TEST(RealtimeMapping, AsManyKeyframesWaitAsAreAllowed) {
+  const std::vector<NewKeyframe> walk = keyframes(5);
+  const auto schedule = make_realtime_mapping(mapper(), extractor(), 2);
+  schedule->start(walk[0]);
   schedule->read([&](const Map&, const std::vector<MappingTime>&) {
-    for (std::size_t i = 1; i < walk.size(); ++i) {
-      ASSERT_TRUE(wait_for_room()) << "keyframe " << i;
+    for (std::size_t i = 1; i <= 3; ++i) {  // one is worked on, two wait
+      EXPECT_TRUE(schedule->has_room());
       schedule->submit(walk[i]);
     }
+    EXPECT_FALSE(schedule->has_room());
     EXPECT_FALSE(schedule->idle());
   });
+  schedule->finish();
+  EXPECT_TRUE(schedule->has_room());
+  schedule->submit(walk[4]);
   schedule->finish();
   schedule->read([&](const Map& map, const std::vector<MappingTime>& times) {
     EXPECT_EQ(times.size(), walk.size());
@@ -142,12 +168,31 @@ TEST(RealtimeMapping, LinesAreExtractedWhileTheMapperIsHeldUp) {
 }
 
 TEST(RealtimeMapping, AFailureToExtractLinesReachesTheCaller) {
-  std::vector<NewKeyframe> walk = keyframes(2);
+  const std::vector<NewKeyframe> walk = keyframes(2);
   const auto schedule = make_realtime_mapping(mapper(), extractor(), 2);
   schedule->start(walk[0]);
-  walk[1].grey = cv::Mat::zeros(10, 10, CV_8UC1);  // not of the camera's size
-  schedule->submit(walk[1]);
+  schedule->submit(broken(walk[1]));
   EXPECT_THROW(schedule->finish(), std::exception);
+  EXPECT_THROW((void)schedule->local_map(), std::exception);
+  EXPECT_THROW(schedule->submit(walk[1]), std::exception);
+}
+
+TEST(RealtimeMapping, WhatComesAfterAFailureIsNotMapped) {
+  const std::vector<NewKeyframe> walk = keyframes(3);
+  const auto schedule = make_realtime_mapping(mapper(), extractor(), 2);
+  schedule->start(walk[0]);
+  schedule->read([&](const Map&, const std::vector<MappingTime>&) {
+    schedule->submit(broken(walk[1]));
+    try {
+      schedule->submit(walk[2]);  // before the failure is known, or refused after it
+    } catch (const std::exception&) {
+    }
+  });
+  EXPECT_THROW(schedule->finish(), std::exception);
+  schedule->read([&](const Map& map, const std::vector<MappingTime>& times) {
+    EXPECT_EQ(times.size(), 1U) << "the third keyframe would have got the second one's number";
+    EXPECT_EQ(map.keyframes().size(), 1U);
+  });
 }
 
 TEST(RealtimeMapping, CanBeAbandonedWhileLinesAreExtracted) {

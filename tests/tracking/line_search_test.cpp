@@ -89,8 +89,8 @@ TEST(LineSearch, FindsANoisyEdgeToAFractionOfAPixel) {
       EXPECT_LT(distance(*found, kAslant), 0.15) << offset << " " << tilt;
       EXPECT_GT((found->end - found->start).dot(kAslant.end - kAslant.start), 0.9 * length * length);
       EXPECT_NEAR(found->contrast, kContrast, 4.0F);
-      EXPECT_GE(found->sigma2, 1.0) << "what all samples share is known to a pixel";
-      EXPECT_LT(found->sigma2, 1.1);
+      EXPECT_GE(found->sigma2, 0.49) << "what all samples share is known to 0.7 px";
+      EXPECT_LT(found->sigma2, 0.6);
     }
   }
 }

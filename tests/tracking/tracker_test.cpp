@@ -439,6 +439,25 @@ TEST(TrackerLines, TooFewAreNoPose) {
   EXPECT_EQ(s.track(1).state, TrackingState::kLost);
 }
 
+TEST(TrackerLines, ParallelOnesAreNoPoseHoweverMany) {
+  StartedOnLines s;
+  auto level = std::make_shared<LocalMap>(*s.local);
+  std::erase_if(level->lines, [](const LocalLine& l) { return std::abs(l.line.direction.x()) < 0.999; });
+  for (LocalKeyframe& keyframe : level->keyframes) keyframe.lines.clear();
+  ASSERT_GT(level->lines.size(), 10U) << "worth more points than it takes";
+  s.local = level;
+  EXPECT_EQ(s.track(1).state, TrackingState::kLost) << "nothing says how far it went along them";
+}
+
+TEST(TrackerLines, BringALostCameraBackThatHasNotGoneFar) {
+  StartedOnLines s;
+  (void)s.track(1);
+  ASSERT_EQ(s.track_without_image(2).state, TrackingState::kLost);
+  const TrackedFrame tracked = s.track(3);
+  EXPECT_EQ(tracked.state, TrackingState::kTracking);
+  EXPECT_LT(pose_difference(tracked.T_cw, on_short_path(3)), kSettledOnLines);
+}
+
 TEST(TrackerLines, HelpWherePointsAreFew) {
   // A dozen points are not enough by themselves, nor is the share of lines allowed here.
   const auto state = [](bool with_points, bool with_lines) {
