@@ -78,7 +78,8 @@ void add_synth_verb(CLI::App& app) {
                    "What is drawn: room (furnished), white_room or corridor (edges, hardly any corners)")
       ->capture_default_str();
   verb->add_option("--trajectory", o.trajectory,
-                   "Path of the camera: orbit, sweep, walk, xyz, rpy, halfsphere or static")
+                   "Path of the camera: orbit, sweep (neither fits the corridor), walk, xyz, rpy, halfsphere "
+                   "or static")
       ->capture_default_str();
   verb->add_option("--frames", o.frames, "Number of frames")->capture_default_str();
   verb->add_option("--fps", o.fps, "Frames per second")->capture_default_str();

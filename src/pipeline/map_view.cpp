@@ -17,7 +17,7 @@ using namespace plot_style;
 
 constexpr int kWidth = 1000, kHeight = 1000;
 const cv::Rect2d kBox(95.0, 50.0, 875.0, 880.0);
-const cv::Scalar kLow(150, 90, 60), kHigh(90, 170, 250), kKeyframe(40, 40, 200), kLineColor(200, 120, 30);
+const cv::Scalar kLow(150, 90, 60), kHigh(90, 170, 250), kKeyframe(40, 40, 200), kLineColor(200, 200, 150);
 
 double percentile(std::vector<double>& values, double share) {
   if (values.empty()) return 0.0;
@@ -56,7 +56,7 @@ void draw_map_line(PlotCanvas& canvas, const PlotAxes& axes, const Line& line) {
   const cv::Size2l box(std::lround(kBox.width * kParts), std::lround(kBox.height * kParts));
   if (!cv::clipLine(box, from, to)) return;
   const auto back = [&](const cv::Point2l& p) { return kBox.tl() + cv::Point2d(p) / kParts; };
-  canvas.polyline({back(from), back(to)}, kLineColor, 1.2);
+  canvas.polyline({back(from), back(to)}, kLineColor, 1.0);
 }
 
 }  // namespace
@@ -85,6 +85,7 @@ cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
 
   PlotCanvas canvas(kWidth, kHeight);
   draw_axes(canvas, axes, "x [m], right of the first camera", "z [m], ahead of the first camera");
+  map.lines().for_each([&](LineId, const Line& l) { draw_map_line(canvas, axes, l); });
   map.points().for_each([&](PointId, const Point& p) {
     const cv::Point2d at = axes.at(p.position.x(), p.position.z());
     if (!kBox.contains(at)) return;
@@ -92,15 +93,14 @@ cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
         std::clamp((-p.position.y() - height.low) / std::max(height.extent(), 1e-6), 0.0, 1.0);
     canvas.disc(at, 1.3, kLow + share * (kHigh - kLow));
   });
-  map.lines().for_each([&](LineId, const Line& l) { draw_map_line(canvas, axes, l); });
   for (const StampedPose& pose : path)
     line.push_back(axes.at(pose.T_wc.translation().x(), pose.T_wc.translation().z()));
   if (line.size() > 1) canvas.polyline(line, kEstimate, 2.0);
   map.keyframes().for_each(
       [&](KeyframeId, const Keyframe& keyframe) { draw_keyframe(canvas, axes, keyframe.T_cw.inverse()); });
 
-  canvas.text(fmt::format("map from above: {} points, {} lines, {} keyframes", map.points().size(),
-                          map.lines().size(), map.keyframes().size()),
+  canvas.text(fmt::format("{} points, {} lines, {} keyframes", map.points().size(), map.lines().size(),
+                          map.keyframes().size()),
               {kBox.x, 25.0}, kTitleHeight, kText);
   const cv::Point2d right(kBox.x + kBox.width, 25.0);
   double offset = 0.0;

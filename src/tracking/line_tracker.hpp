@@ -28,7 +28,7 @@ struct LineTrackerOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.number("max_lines", max_lines,
-             {0, 1000, "count", "lines of the local map looked for in a frame, the longest; 0 = none"});
+             {1, 1000, "count", "lines of the local map looked for in a frame, the longest"});
     v.number("min_length", min_length, {5.0, 1000.0, "px", "a line must show at least this long"});
     v.number("radius", radius, {1.0, 50.0, "px", "search to either side of a line"});
     v.number("wide_radius", wide_radius,

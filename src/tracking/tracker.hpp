@@ -60,11 +60,11 @@ struct TrackerOptions {
     v.number("line_support", line_support,
              {0.0, 100.0, "points",
               "points that a line counts for where points are counted: inliers, keypoints with depth"});
-    v.number("max_deviation", max_deviation,
-             {0.0, 10.0, "m",
-              "lines count only where the pose is known to this in its least certain direction (rad for a "
-              "turn): parallel ones leave "
-              "one open"});
+    v.number(
+        "max_deviation", max_deviation,
+        {0.001, 10.0, "m",
+         "lines count only where the pose is known to this in its least certain direction (of a turn, rad): "
+         "parallel ones leave one open"});
     v.number("relocalization_keyframes", relocalization_keyframes,
              {1, 1000, "count",
               "keyframes a frame that lost its place is compared with; the next frame tries others"});
