@@ -1,6 +1,8 @@
 // The search for known lines that every tracked frame pays for: the 60 longest lines of a frame of the
 // synthetic room, looked for in that same frame up to three pixels beside where they are.
 
+#include "tracking/line_search.hpp"
+
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -9,7 +11,6 @@
 #include "common/random.hpp"
 #include "dataset/synthetic/synthetic_source.hpp"
 #include "features/line_detector.hpp"
-#include "tracking/line_search.hpp"
 
 namespace ipl_slam {
 namespace {

@@ -49,7 +49,8 @@ struct Situation {
   // The reference keyframe sees `confirmed` landmarks that enough keyframes see and as many that too few do.
   [[nodiscard]] LocalMap map() const {
     LocalMap local;
-    for (std::uint32_t id = 0; id < keyframes; ++id) local.keyframes.push_back({KeyframeId{id}, {}, {}, {}, {}});
+    for (std::uint32_t id = 0; id < keyframes; ++id)
+      local.keyframes.push_back({KeyframeId{id}, {}, {}, {}, {}});
     for (int i = 0; i < 2 * confirmed; ++i) {
       const auto index = static_cast<std::uint32_t>(i);
       local.keyframes[0].points.push_back(index);
