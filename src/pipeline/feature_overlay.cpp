@@ -1,7 +1,6 @@
 #include "pipeline/feature_overlay.hpp"
 
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
@@ -19,18 +18,15 @@ cv::Point fixed_point(const Eigen::Vector2d& uv) {
   return {static_cast<int>(std::lround(uv.x() * kOne)), static_cast<int>(std::lround(uv.y() * kOne))};
 }
 
-// What is in colour has a dark rim, to stand out from tinted regions.
 void draw_dot(cv::Mat& picture, const Eigen::Vector2d& uv, int radius, const cv::Scalar& color) {
   cv::circle(picture, fixed_point(uv), radius << kShift, color, cv::FILLED, cv::LINE_AA, kShift);
 }
 
 void draw_cross(cv::Mat& picture, const Eigen::Vector2d& uv) {
   constexpr double kArm = 3.0;
-  for (const auto& [color, thickness] : {std::pair(kRim, 3), std::pair(point_color(0.0), 1)}) {
-    for (const double slope : {1.0, -1.0}) {
-      const Eigen::Vector2d arm(kArm, slope * kArm);
-      cv::line(picture, fixed_point(uv - arm), fixed_point(uv + arm), color, thickness, cv::LINE_AA, kShift);
-    }
+  for (const double slope : {1.0, -1.0}) {
+    const Eigen::Vector2d arm(kArm, slope * kArm);
+    cv::line(picture, fixed_point(uv - arm), fixed_point(uv + arm), point_color(0.0), 1, cv::LINE_AA, kShift);
   }
 }
 
@@ -43,7 +39,7 @@ void draw_points(cv::Mat& picture, const TrackedFrame& frame, const FeatureWeigh
       if (weight <= 0.0) {
         draw_cross(picture, uv);
       } else if (matched) {
-        draw_dot(picture, uv, 3, kRim);
+        draw_dot(picture, uv, 3, kRim);  // tells its colour from that of a tinted region
         draw_dot(picture, uv, 2, point_color(weight));
       } else {
         draw_dot(picture, uv, 1, kUnmatchedColor);
