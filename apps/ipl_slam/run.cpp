@@ -90,8 +90,9 @@ SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_
   hooks.frame_done = [&](const RgbdFrame& frame) {
     if (!overlays) return;
     const auto verdict = [&](InstanceId id) { return pipeline.instances().verdict(id); };
-    cv::Mat picture = draw_instances(frame.color, pipeline.last_instances(), verdict);
-    draw_features(picture, pipeline.last_tracked(), pipeline.camera());
+    const FeatureWeights weights;
+    cv::Mat picture = draw_instances(frame.color, pipeline.last_instances(), verdict, weights);
+    draw_features(picture, pipeline.last_tracked(), weights, pipeline.camera());
     overlays->add(frame.timestamp, ".jpg", picture);
   };
   hooks.item_taken = [&](const SequenceRun& run) {
