@@ -48,8 +48,7 @@ struct CarriedEnd {
 std::optional<CarriedEnd> carry(const Camera& camera, const SE3& T_now_before, const End& end) {
   // The point times its inverse depth w: R r + w t, with r the ray at z = 1.
   const Eigen::Vector3d& t = T_now_before.translation();
-  const Eigen::Vector3d x =
-      T_now_before.rotation() * camera.unproject(end.uv, 1.0) + end.inverse_depth * t;
+  const Eigen::Vector3d x = T_now_before.rotation() * camera.unproject(end.uv, 1.0) + end.inverse_depth * t;
   constexpr double kNearest = 1e-3;  // of the depth before; nearer or behind, it has no image
   if (!(x.z() > kNearest)) return std::nullopt;
   CarriedEnd result;
@@ -98,8 +97,8 @@ std::optional<double> chi2(const Camera& camera, const SE3& T_now_before, const 
     by_before.row(k) << t - 1.0, -t, (t - 1.0) * normal.dot(start->uv_slope), -t * normal.dot(end->uv_slope);
     by_before.row(2 + k) << 0.0, 0.0, (t - 1.0) * start->inverse_depth_slope, -t * end->inverse_depth_slope;
   }
-  const Eigen::Matrix4d covariance = end_covariance(now, options) +
-                                     by_before * end_covariance(before, options) * by_before.transpose();
+  const Eigen::Matrix4d covariance =
+      end_covariance(now, options) + by_before * end_covariance(before, options) * by_before.transpose();
   const double value = residual.dot(covariance.ldlt().solve(residual));
   return std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
 }

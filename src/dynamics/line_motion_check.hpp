@@ -38,8 +38,9 @@ struct LineMotionOptions {
              {0.01, 20.0, "px", "residual: standard deviation of an end point across its line on octave 0"});
     v.number("inverse_depth_sigma", inverse_depth_sigma,
              {0.0, 1.0, "1/m", "residual: deviation of an end's inverse depth beyond that of its fit"});
-    v.number("max_chi2", max_chi2,
-             {0.0, 1e6, "1", "residual: squared Mahalanobis distance, of 4 components, above this is motion"});
+    v.number(
+        "max_chi2", max_chi2,
+        {0.0, 1e6, "1", "residual: squared Mahalanobis distance, of 4 components, above this is motion"});
     v.section("match", match, "matching of the lines");
   }
 };
