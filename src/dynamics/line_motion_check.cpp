@@ -103,6 +103,20 @@ std::optional<double> chi2(const Camera& camera, const SE3& T_now_before, const 
   return std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
 }
 
+/// The smallest chi2 of the lines of the keyframe before that look like this one, nothing where none has any:
+/// a pair that disagrees may just be a wrong match, and what lies where a still line should be is still.
+std::optional<double> smallest_chi2(const Camera& camera, const SE3& T_now_before, const LineFeatures& before,
+                                    const LineFeatures& now, std::size_t line,
+                                    const LineMotionOptions& options) {
+  std::optional<double> smallest;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (hamming_distance(before.descriptors[i], now.descriptors[line]) > options.match.max_distance) continue;
+    const auto value = chi2(camera, T_now_before, before.segments[i], now.segments[line], options);
+    if (value && (!smallest || *value < *smallest)) smallest = value;
+  }
+  return smallest;
+}
+
 /// The paper's weight of points, (d_max - d) / (d_max - d_min), with fixed bounds: d is the root mean square
 /// of the residual's components in standard deviations, d_min its value for a line that is still, 1, and
 /// d_max the one that is called motion.
@@ -143,7 +157,10 @@ LineMotion LineMotionCheck::compare(const LineFeatures& before, const LineFeatur
       motion.matched[k] = 1;
       motion.dynamic[k] = angle > options_.max_angle;
       motion.weight[k] = line_weight(angle, options_.min_weight);
-    } else if (const auto distance = chi2(camera_, T_now_before, a, b, options_)) {
+    } else if (auto distance = chi2(camera_, T_now_before, a, b, options_)) {
+      if (*distance > options_.max_chi2) {
+        distance = smallest_chi2(camera_, T_now_before, before, now, k, options_);
+      }
       motion.matched[k] = 1;
       motion.dynamic[k] = *distance > options_.max_chi2;
       motion.weight[k] = residual_weight(*distance, options_);

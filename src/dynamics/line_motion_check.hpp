@@ -22,7 +22,7 @@ struct LineMotionOptions {
   double min_weight = 0.1;
   double pixel_sigma = 1.0;
   double inverse_depth_sigma = 0.01;
-  double max_chi2 = 13.3;
+  double max_chi2 = 18.47;
   LineMatchOptions match;
 
   template <class Visitor>
