@@ -42,10 +42,15 @@ void fundamental(benchmark::State& state, const SE3& T_now_before) {
   const std::vector<PixelPair> data = pairs(T_now_before, static_cast<std::size_t>(state.range(0)));
   for (auto _ : state) benchmark::DoNotOptimize(fundamental_matrix(data, {}, 1));
 }
-BENCHMARK_CAPTURE(fundamental, wrong_percent, kMotion)->Arg(0)->Arg(20)->Arg(40)->Unit(
-    benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(fundamental, pure_rotation_wrong_percent, kTurn)->Arg(0)->Arg(20)->Unit(
-    benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(fundamental, wrong_percent, kMotion)
+    ->Arg(0)
+    ->Arg(20)
+    ->Arg(40)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(fundamental, pure_rotation_wrong_percent, kTurn)
+    ->Arg(0)
+    ->Arg(20)
+    ->Unit(benchmark::kMicrosecond);
 
 LineSegment seen(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   LineSegment s;
@@ -73,7 +78,7 @@ void lines(benchmark::State& state, const char* check) {
   for (Descriptor& d : now.descriptors) d[0] ^= 0xfffffULL;
   LineMotionOptions options;
   options.check = check;
-  const LineMotionCheck motion_check(kCamera, {}, options);
+  const LineMotionCheck motion_check(kCamera, options);
   for (auto _ : state) benchmark::DoNotOptimize(motion_check.compare(before, now, kMotion));
 }
 BENCHMARK_CAPTURE(lines, angle, "angle")->Unit(benchmark::kMicrosecond);

@@ -138,10 +138,6 @@ double mean_angle_difference(const LineSegment& before, const LineSegment& now, 
   return (difference(t1, t2) + difference(t1, t3) + difference(t2, t3)) / 3.0;
 }
 
-LineMotionCheck::LineMotionCheck(const Camera& camera, const DepthNoiseOptions& noise,
-                                 const LineMotionOptions& options)
-    : camera_(camera), noise_(noise), options_(options) {}
-
 LineMotion LineMotionCheck::compare(const LineFeatures& before, const LineFeatures& now,
                                     const SE3& T_now_before) const {
   LineMotion motion{.matched = std::vector<std::uint8_t>(now.size()),

@@ -95,7 +95,7 @@ class LinesOfTwoKeyframes : public testing::Test {
 
   [[nodiscard]] static LineMotion compare(const LineFeatures& before, const LineFeatures& now, const SE3& T,
                                           const LineMotionOptions& options = {}) {
-    return LineMotionCheck(kCamera, {}, options).compare(before, now, T);
+    return LineMotionCheck(kCamera, options).compare(before, now, T);
   }
 
   /// Edge 0 lies level, 0.4 m long, straight ahead.
