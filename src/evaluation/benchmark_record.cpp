@@ -68,8 +68,8 @@ std::optional<BenchmarkRecord> parse_record(std::string_view text) {
   try {
     const Json json = Json::parse(text);
     BenchmarkRecord record;
-    record.key = {json.at("version"),       json.at("sequence"),      json.at("configuration"), json.at("run"),
-                  json.at("settings_hash"), json.at("sequence_hash")};
+    record.key = {json.at("version"), json.at("sequence"),      json.at("configuration"),
+                  json.at("run"),     json.at("settings_hash"), json.at("sequence_hash")};
     if (json.at("status") == "done") {
       parse_result(json, record);
     } else {

@@ -16,8 +16,9 @@ std::string normalised(std::string_view folder_name) {
   std::string name(folder_name);
   for (char& c : name) c = c == '-' ? '_' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (name.starts_with("rgbd_dataset_")) name.erase(0, 13);
-  for (const auto& [word, wanted] : {std::pair("freiburg3_", "fr3/"), std::pair("fr3_", "fr3/"),
-                                     std::pair("fr3/w_", "fr3/walking_"), std::pair("fr3/s_", "fr3/sitting_")}) {
+  for (const auto& [word, wanted] :
+       {std::pair("freiburg3_", "fr3/"), std::pair("fr3_", "fr3/"), std::pair("fr3/w_", "fr3/walking_"),
+        std::pair("fr3/s_", "fr3/sitting_")}) {
     if (name.starts_with(word)) name.replace(0, std::string_view(word).size(), wanted);
   }
   if (name.ends_with("_half")) name += "sphere";
