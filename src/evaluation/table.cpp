@@ -43,17 +43,18 @@ std::string markdown_rows(const Table& table) {
   std::string head = systems ? "| Sequence | System |" : "| Sequence |",
               rule = systems ? "|---|---|" : "|---|";
   for (const TableColumn& column : table.columns) {
-    head += ' ' + column.title + (column.unit.empty() ? "" : " [" + column.unit + "]") + " |";
+    head += fmt::format(column.unit.empty() ? " {} |" : " {} [{}] |", column.title, column.unit);
     rule += "---:|";
   }
   std::string text = head + '\n' + rule + '\n';
   std::string previous;  // a sequence is named in its first row only
   for (const TableRow& row : table.rows) {
-    text += "| " + (systems && row.sequence == previous ? "" : escaped(row.sequence)) + " |";
+    const bool named = systems && row.sequence == previous;
+    text += fmt::format("| {} |", named ? "" : escaped(row.sequence));
     previous = row.sequence;
-    if (systems) text += ' ' + escaped(row.system) + " |";
+    if (systems) text += fmt::format(" {} |", escaped(row.system));
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
-      text += ' ' + markdown_cell(row.cells[i], table.columns[i]) + " |";
+      text += fmt::format(" {} |", markdown_cell(row.cells[i], table.columns[i]));
     }
     text += '\n';
   }
