@@ -43,7 +43,8 @@ std::string markdown_rows(const Table& table) {
   std::string head = systems ? "| Sequence | System |" : "| Sequence |",
               rule = systems ? "|---|---|" : "|---|";
   for (const TableColumn& column : table.columns) {
-    head += fmt::format(column.unit.empty() ? " {} |" : " {} [{}] |", column.title, column.unit);
+    head +=
+        fmt::format(" {}{} |", column.title, column.unit.empty() ? "" : fmt::format(" [{}]", column.unit));
     rule += "---:|";
   }
   std::string text = head + '\n' + rule + '\n';
