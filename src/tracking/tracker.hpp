@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -80,8 +81,9 @@ struct TrackerOptions {
 /// and lines, optimise.
 class Tracker {
  public:
+  /// Every random choice depends on `seed` as well.
   Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
-          const TrackerOptions& options, const SegmentDepthOptions& line_depth = {});
+          const TrackerOptions& options, const SegmentDepthOptions& line_depth = {}, std::uint64_t seed = 0);
 
   /// Places a frame in `map`, null as long as there is none. `grey` is its image, CV_8UC1; empty = lines are
   /// not looked for. `depth` is its depth image, CV_16UC1, raw units; empty = lines have no measured depth.
