@@ -151,19 +151,12 @@ std::vector<Sequence> inspect_all(const BenchTumOptions& options) {
   return sequences;
 }
 
-// Where a program of today does not know the setting of tomorrow, the run goes without.
-bool is_known(Config& config, const std::string& setting) {
-  return option_table(config).find(setting.substr(0, setting.find('='))) != nullptr;
-}
-
 Variant make_variant(const BenchTumOptions& options, const BenchmarkConfiguration& configuration, int run) {
   Variant variant{configuration, run, {}, {}, {}};
   SequenceOptions settings = options.settings;
   settings.preset = configuration.preset;
   for (const std::string& setting : configuration.overrides) settings.settings.push_back(setting);
-  for (const std::string& setting : run_overrides(configuration, run)) {
-    if (is_known(variant.config, setting)) settings.settings.push_back(setting);
-  }
+  for (const std::string& setting : run_overrides(configuration, run)) settings.settings.push_back(setting);
   variant.config = settings.load_config();
   variant.segmenter = options.segmenter.resolve(variant.config);
   variant.hash = fingerprint(

@@ -27,8 +27,8 @@ std::string escaped(const std::string& text) {
 std::string markdown_cell(const TableCell& cell, const TableColumn& column) {
   std::string text;
   if (cell.value) text = number(*cell.value, column.decimals);
-  if (cell.value && cell.std) text += " ± " + number(*cell.std, column.decimals);
-  if (cell.bold) text = "**" + text + "**";
+  if (cell.value && cell.std) text += fmt::format(" ± {}", number(*cell.std, column.decimals));
+  if (cell.bold) text = fmt::format("**{}**", text);
   if (!cell.text.empty()) text += (text.empty() ? "" : " ") + escaped(cell.text);
   return text.empty() ? "–" : text;
 }
