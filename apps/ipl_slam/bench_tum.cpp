@@ -314,7 +314,7 @@ void execute(std::vector<PlannedRun*> todo, const BenchTumOptions& options) {
     }
     if (taken < run.sequence->frames) advance(run.sequence->frames - taken);
     const std::string text = json_text(record);
-    fs::create_directories(run.file.parent_path());
+    make_folder(run.file.parent_path());
     write_file_atomically(run.file, text);
     run.record = parse_record(text);
     say_result(run);
@@ -347,7 +347,8 @@ BenchmarkResults gather(const BenchTumOptions& options, const std::vector<Sequen
   return results;
 }
 
-std::string markdown_head(const BenchTumOptions& options, const std::vector<Variant>& variants) {
+std::string markdown_head(const BenchTumOptions& options, const std::vector<Variant>& variants,
+                          const std::vector<PlannedRun>& plan) {
   std::string head = fmt::format("# Benchmark of ipl_slam {}\n\n", kVersion);
   if (options.runs > 0) head += fmt::format("{} runs of each sequence in lockstep", options.runs);
   if (const int n = options.runs_in_realtime(); n > 0) {
@@ -355,18 +356,26 @@ std::string markdown_head(const BenchTumOptions& options, const std::vector<Vari
   }
   if (options.settings.max_frames > 0) head += fmt::format(", first {} frames", options.settings.max_frames);
   head += fmt::format("; segmenter: {}.\n", variants.front().segmenter);
+  if (!options.settings.config_file.empty()) {
+    head += fmt::format("Settings that differ from the presets: {}.\n", options.settings.config_file);
+  }
   if (!options.settings.settings.empty()) {
     head += fmt::format("Settings that differ from the presets: {}.\n",
                         fmt::join(options.settings.settings, ", "));
+  }
+  const auto there =
+      std::count_if(plan.begin(), plan.end(), [](const PlannedRun& run) { return run.record.has_value(); });
+  if (static_cast<std::size_t>(there) < plan.size()) {
+    head += fmt::format("**Interrupted: {} of {} runs are in these tables.**\n", there, plan.size());
   }
   return head + '\n';
 }
 
 void write_tables(const BenchTumOptions& options, const std::vector<Variant>& variants,
-                  const BenchmarkResults& results) {
+                  const std::vector<PlannedRun>& plan, const BenchmarkResults& results) {
   const std::vector<Table> tables = benchmark_tables(results);
   write_file_atomically(options.output / "tables.md",
-                        markdown_head(options, variants) + tables_markdown(tables));
+                        markdown_head(options, variants, plan) + tables_markdown(tables));
   write_file_atomically(options.output / "tables.csv", tables_csv(tables));
   write_file_atomically(options.output / "tables.json",
                         json_text({{"version", kVersion}, {"tables", tables_json(tables)}}));
@@ -388,7 +397,7 @@ std::vector<PlannedRun*> outstanding(std::vector<PlannedRun>& plan) {
     fmt::print("{} of {} runs are there already with these settings and are kept (--force runs them anew)\n",
                kept, plan.size());
   }
-  if (failed > 0) fmt::print("{} runs failed before and are tried again\n", failed);
+  if (failed > 0) fmt::print("failed before and tried again: {}\n", failed);
   if (todo.empty() && !plan.empty()) fmt::print("nothing to run\n");
   return todo;
 }
@@ -428,7 +437,7 @@ void bench_tum(const BenchTumOptions& options) {
   std::vector<PlannedRun> plan = make_plan(options, variants, sequences);
   install_interrupt_handler();
   execute(outstanding(plan), options);
-  write_tables(options, variants, gather(options, sequences, names, plan));
+  write_tables(options, variants, plan, gather(options, sequences, names, plan));
   if (interrupted()) {
     log().warn("interrupted; the same command goes on where it stopped");
     exit_code() = kInterrupted;

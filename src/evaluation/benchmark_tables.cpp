@@ -88,7 +88,7 @@ std::string gap(const BenchmarkSequence& sequence, const Records& runs) {
   if (!sequence.problem.empty()) return "not run";
   if (runs.empty()) return "";
   const bool any = std::any_of(runs.begin(), runs.end(), [](const BenchmarkRecord* r) { return r->ok(); });
-  return any ? "no ground truth" : "failed";
+  return any ? "no usable ground truth" : "failed";
 }
 
 TableRow ate_row(const BenchmarkSequence& sequence, const std::string& configuration, const Records& runs) {
@@ -173,20 +173,26 @@ TableCell plain(double value) {
   return {value, std::nullopt, {}, false};
 }
 
+// Without the spread, which hardly matters here.
+template <class Get>
+TableCell plain_mean(const Records& runs, Get figure) {
+  return {mean_cell(runs, figure).value, std::nullopt, {}, false};
+}
+
 std::vector<TableCell> runs_cells(const Records& runs) {
   const auto good = static_cast<std::size_t>(
       std::count_if(runs.begin(), runs.end(), [](const BenchmarkRecord* r) { return r->ok(); }));
   const auto count = [&](std::size_t BenchmarkRecord::*field) {
-    return mean_cell(
+    return plain_mean(
         runs, [field](const BenchmarkRecord& r) { return std::optional(static_cast<double>(r.*field)); });
   };
   return {
       words(fmt::format("{} of {}", good, runs.size())),
       count(&BenchmarkRecord::frames),
-      mean_cell(runs, [](const BenchmarkRecord& r) { return std::optional(100.0 * tracked_share(r)); }),
+      plain_mean(runs, [](const BenchmarkRecord& r) { return std::optional(100.0 * tracked_share(r)); }),
       count(&BenchmarkRecord::lost),
       count(&BenchmarkRecord::skipped),
-      mean_cell(runs, of_errors([](const BenchmarkErrors& e) { return std::optional(100.0 * e.coverage); })),
+      plain_mean(runs, of_errors([](const BenchmarkErrors& e) { return std::optional(100.0 * e.coverage); })),
       words(fmt::format("{}", fmt::join(failures_of(runs), "; ")))};
 }
 

@@ -116,7 +116,7 @@ TEST(BenchmarkTables, WithoutGroundTruthHaveTimesOnly) {
   BenchmarkResults r = results();
   r.records = {run("room", "default", 0, 0.01)};
   r.records[0].errors.reset();
-  EXPECT_EQ(row_of(ate_table(r), "room", "default").cells[0].text, "no ground truth");
+  EXPECT_EQ(row_of(ate_table(r), "room", "default").cells[0].text, "no usable ground truth");
   EXPECT_EQ(row_of(times_table(r), "room", "default").cells[0].value, 8.0);
 }
 

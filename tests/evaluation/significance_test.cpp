@@ -100,8 +100,8 @@ TEST(Wilcoxon, WithTiesIsApproximatedWithBothCorrections) {
   EXPECT_NEAR(test->p, std::erfc(3.0 / std::sqrt(7.375) / std::numbers::sqrt2), 1e-14);
 }
 
-// Every third of the ranks 1 to n negative; p by the normal approximation, continuity corrected, which is good to
-// about 2 % at the last n that is counted.
+// Every third of the ranks 1 to n negative; p by the normal approximation, continuity corrected, which is
+// good to about 2 % at the last n that is counted.
 TEST(Wilcoxon, OfManyPairsIsApproximatedAndAgreesWithTheExactOne) {
   for (const auto& [n, tolerance] : {std::pair(25, 0.003), std::pair(26, 1e-14)}) {
     std::vector<double> differences;
