@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -45,15 +47,19 @@ class Datasets {
     folder_.write("datasets/" + name, content);
   }
 
-  [[nodiscard]] std::vector<std::string> command(const std::vector<std::string>& more = {}) const {
+  /// `runs` in lockstep of the preset "default".
+  [[nodiscard]] std::vector<std::string> command(const char* runs,
+                                                 const std::vector<std::string>& more) const {
     std::vector<std::string> words = {"bench",     "tum",     path().string(), "-o", output().string(),
-                                      "--presets", "default", "--runs",        "2",  "--segmenter",
-                                      "none"};
+                                      "--presets", "default", "--runs",        runs};
+    if (std::find(more.begin(), more.end(), "--segmenter") == more.end()) {
+      words.insert(words.end(), {"--segmenter", "none"});
+    }
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
-  [[nodiscard]] Finished run(const std::vector<std::string>& more = {}) const {
-    return ipl_slam_program(command(more));
+  [[nodiscard]] Finished run(const char* runs, const std::vector<std::string>& more = {}) const {
+    return ipl_slam_program(command(runs, more));
   }
 
  private:
@@ -66,7 +72,7 @@ nlohmann::json json_of(const fs::path& file) {
 
 TEST(CliBenchTum, RunsEverySequenceAndGoesOnWhereItStopped) {
   const Datasets datasets;
-  const Finished first = datasets.run();
+  const Finished first = datasets.run("2");
   EXPECT_EQ(first.code, 0) << first.err;
   EXPECT_THAT(first.out, AllOf(HasSubstr("more/walk: 5 frames"), HasSubstr("room, default, run 1: ATE"),
                                HasSubstr("6 of 6 frames tracked"), HasSubstr("2 of 6 runs failed")));
@@ -91,13 +97,13 @@ TEST(CliBenchTum, RunsEverySequenceAndGoesOnWhereItStopped) {
 
   // The broken sequence is mended: only its runs are left to do.
   fs::copy(datasets.path() / "room/rgb", datasets.path() / "broken/rgb", fs::copy_options::recursive);
-  const Finished second = datasets.run();
+  const Finished second = datasets.run("2");
   EXPECT_EQ(second.code, 0) << second.err;
   EXPECT_THAT(second.out,
               AllOf(HasSubstr("4 of 6 runs are there already"), HasSubstr("failed before and tried again: 2"),
                     Not(HasSubstr("room, default")), HasSubstr("broken, default, run 1: ATE")));
   const auto written = fs::last_write_time(datasets.record("room/default/0"));
-  const Finished third = datasets.run();
+  const Finished third = datasets.run("2");
   EXPECT_EQ(third.code, 0) << third.err;
   EXPECT_THAT(third.out, AllOf(HasSubstr("6 of 6 runs are there already"), HasSubstr("nothing to run"),
                                HasSubstr("| room | default |")));
@@ -108,29 +114,29 @@ TEST(CliBenchTum, RunsAnewWhatWasMadeFromSomethingElse) {
   const Datasets datasets;
   fs::remove_all(datasets.path() / "broken");
   fs::remove_all(datasets.path() / "more");
-  const std::vector<std::string> once = {"--runs", "1", "--max-frames", "3"};
-  EXPECT_EQ(datasets.run(once).code, 0);
+  const std::vector<std::string> three_frames = {"--max-frames", "3"};
+  EXPECT_EQ(datasets.run("1", three_frames).code, 0);
   const std::vector<std::vector<std::string>> changes = {
       {"--set", "orb.features=900"}, {"--max-frames", "4"}, {"--force"}, {"--segmenter", "geometric"}};
   for (const auto& change : changes) {
-    std::vector<std::string> words = {"--runs", "1"};
-    if (change[0] != "--max-frames") words.insert(words.end(), {"--max-frames", "3"});
+    std::vector<std::string> words;
+    if (change[0] != "--max-frames") words = three_frames;
     words.insert(words.end(), change.begin(), change.end());
-    EXPECT_EQ(datasets.run(once).code, 0);
-    EXPECT_THAT(datasets.run(words).out, HasSubstr("room, default, run 0: ATE")) << change[0];
+    EXPECT_EQ(datasets.run("1", three_frames).code, 0);
+    EXPECT_THAT(datasets.run("1", words).out, HasSubstr("room, default, run 0: ATE")) << change[0];
   }
-  EXPECT_EQ(datasets.run(once).code, 0);
+  EXPECT_EQ(datasets.run("1", three_frames).code, 0);
   datasets.write("room/camera.yaml", content_of(datasets.path() / "room/camera.yaml") + "k1: 0.001\n");
-  EXPECT_THAT(datasets.run(once).out, HasSubstr("room, default, run 0: ATE"));
+  EXPECT_THAT(datasets.run("1", three_frames).out, HasSubstr("room, default, run 0: ATE"));
   // A file that is no record is no result.
   std::ofstream(datasets.record("room/default/0")) << "{";
-  EXPECT_THAT(datasets.run(once).out, HasSubstr("room, default, run 0: ATE"));
+  EXPECT_THAT(datasets.run("1", three_frames).out, HasSubstr("room, default, run 0: ATE"));
 }
 
 TEST(CliBenchTum, ComparesConfigurationsAndRealtime) {
   const Datasets datasets;
   fs::remove_all(datasets.path() / "broken");
-  const Finished finished = datasets.run({"--realtime", "--compare", "default-realtime", "default"});
+  const Finished finished = datasets.run("2", {"--realtime", "--compare", "default-realtime", "default"});
   EXPECT_EQ(finished.code, 0) << finished.err;
   EXPECT_EQ(json_of(datasets.record("room/default-realtime/1"))["config"]["schedule"]["mode"], "realtime");
   EXPECT_THAT(content_of(datasets.output() / "tables.md"),
@@ -143,7 +149,7 @@ TEST(CliBenchTum, SaysWhichSequencesCannotBeRun) {
   fs::remove(datasets.path() / "broken/camera.yaml");
   datasets.write("empty/rgb.txt", "# nothing\n");
   datasets.write("empty/depth.txt", "# nothing\n");
-  const Finished finished = datasets.run({"--runs", "1", "--max-frames", "3"});
+  const Finished finished = datasets.run("1", {"--max-frames", "3"});
   EXPECT_EQ(finished.code, 0) << finished.err;
   EXPECT_THAT(finished.err, AllOf(HasSubstr("broken is not run"), HasSubstr("camera.yaml"),
                                   HasSubstr("empty is not run"), HasSubstr("lists no image")));
@@ -171,7 +177,7 @@ TEST(CliBenchTum, RefusesWhatCannotBeRunAtAll) {
 TEST(CliBenchTum, AllRunsFailingIsAnError) {
   const Datasets datasets;
   for (const char* name : {"room", "more"}) fs::remove_all(datasets.path() / name);
-  const Finished finished = datasets.run();
+  const Finished finished = datasets.run("2");
   EXPECT_EQ(finished.code, 2);
   EXPECT_THAT(finished.err, AllOf(HasSubstr("all 2 runs failed"), HasSubstr("missing color image")));
   EXPECT_THAT(content_of(datasets.output() / "tables.md"), HasSubstr("| broken | default | failed |"));
@@ -189,14 +195,14 @@ TEST(CliBenchTum, InterruptedKeepsWhatIsDone) {
     ::kill(process, SIGINT);
   };
   // Enough runs that the last cannot end before the signal comes.
-  std::vector<std::string> words = datasets.command({"--runs", "50"});
+  std::vector<std::string> words = datasets.command("50", {});
   words.insert(words.begin(), IPL_SLAM_PROGRAM);
   const Finished finished = run_program(words, interrupt);
   EXPECT_EQ(finished.code, 130) << finished.err;
   EXPECT_THAT(finished.err, HasSubstr("goes on where it stopped"));
   EXPECT_TRUE(fs::exists(datasets.output() / "tables.md"));
   EXPECT_FALSE(fs::exists(datasets.record("room/default/49")));
-  EXPECT_THAT(datasets.run({"--runs", "1"}).out, HasSubstr("of 2 runs are there already"));
+  EXPECT_THAT(datasets.run("1").out, HasSubstr("of 2 runs are there already"));
 }
 
 }  // namespace
