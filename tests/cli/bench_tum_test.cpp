@@ -126,7 +126,7 @@ TEST(CliBenchTum, RunsAnewWhatWasMadeFromSomethingElse) {
     EXPECT_THAT(datasets.run("1", words).out, HasSubstr("room, default, run 0: ATE")) << change[0];
   }
   EXPECT_EQ(datasets.run("1", three_frames).code, 0);
-  datasets.write("room/camera.yaml", content_of(datasets.path() / "room/camera.yaml") + "k1: 0.001\n");
+  datasets.write("room/groundtruth.txt", content_of(datasets.path() / "room/groundtruth.txt") + "# mended\n");
   EXPECT_THAT(datasets.run("1", three_frames).out, HasSubstr("room, default, run 0: ATE"));
   // A file that is no record is no result.
   std::ofstream(datasets.record("room/default/0")) << "{";
