@@ -169,6 +169,7 @@ TEST(CliBenchTum, RefusesWhatCannotBeRunAtAll) {
   expect_refused(bench((folder / "empty").string(), {"--compare", "default", "papper"}),
                  {"papper", "'paper'"});
   expect_refused(bench((folder / "empty").string(), {"--presets", "best"}), {"best"});
+  expect_refused(bench((folder / "empty").string(), {"--presets", "paper,paper"}), {"--presets", "twice"});
   expect_refused(bench((folder / "empty").string(), {"--set", "orb.featurs=1"}), {"orb.features"});
   expect_refused(bench((folder / "empty").string(), {"--runs", "0"}), {"--realtime-runs"});
   EXPECT_FALSE(fs::exists(folder / "out"));
