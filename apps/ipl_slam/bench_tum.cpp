@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -196,6 +197,9 @@ std::vector<std::string> configuration_names(const std::vector<Variant>& variant
 void check(const BenchTumOptions& options) {
   if (options.runs == 0 && options.runs_in_realtime() == 0) {
     throw UserError("--runs 0 leaves nothing to do; give --realtime-runs as well");
+  }
+  if (std::set<std::string>(options.presets.begin(), options.presets.end()).size() < options.presets.size()) {
+    throw UserError("--presets names one twice; give each once");
   }
   if (options.ablation && options.runs == 0) {
     throw UserError("--ablation needs runs in lockstep; leave out --runs 0");

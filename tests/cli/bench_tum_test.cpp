@@ -126,7 +126,7 @@ TEST(CliBenchTum, RunsAnewWhatWasMadeFromSomethingElse) {
     EXPECT_THAT(datasets.run("1", words).out, HasSubstr("room, default, run 0: ATE")) << change[0];
   }
   EXPECT_EQ(datasets.run("1", three_frames).code, 0);
-  datasets.write("room/camera.yaml", content_of(datasets.path() / "room/camera.yaml") + "k1: 0.001\n");
+  datasets.write("room/groundtruth.txt", content_of(datasets.path() / "room/groundtruth.txt") + "# mended\n");
   EXPECT_THAT(datasets.run("1", three_frames).out, HasSubstr("room, default, run 0: ATE"));
   // A file that is no record is no result.
   std::ofstream(datasets.record("room/default/0")) << "{";
@@ -169,6 +169,7 @@ TEST(CliBenchTum, RefusesWhatCannotBeRunAtAll) {
   expect_refused(bench((folder / "empty").string(), {"--compare", "default", "papper"}),
                  {"papper", "'paper'"});
   expect_refused(bench((folder / "empty").string(), {"--presets", "best"}), {"best"});
+  expect_refused(bench((folder / "empty").string(), {"--presets", "paper,paper"}), {"--presets", "twice"});
   expect_refused(bench((folder / "empty").string(), {"--set", "orb.featurs=1"}), {"orb.features"});
   expect_refused(bench((folder / "empty").string(), {"--runs", "0"}), {"--realtime-runs"});
   EXPECT_FALSE(fs::exists(folder / "out"));
