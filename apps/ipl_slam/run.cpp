@@ -168,7 +168,7 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
     write_trajectory_plot(output / "trajectory.png", *truth, trajectory, evaluation->ate,
                           {.title = fs::weakly_canonical(setting.sequence).filename().string()});
   }
-  pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
     write_file_atomically(output / "lines.ply", lines_ply(map));
     write_image_atomically(output / "map.png", draw_map_view(map, trajectory));
     write_file_atomically(output / "summary.json",

@@ -8,14 +8,14 @@ namespace ipl_slam {
 
 /// alpha_p = (d_max - d) / (d_max - d_min), in [0, 1] (paper, section 3.5): `distances` are those between the
 /// two 3-D points of each match with the camera's motion removed, metres; nothing = no match or no valid
-/// depth, a value that is not finite counts likewise. d_max and d_min are those of the known distances. A
+/// depth, a value that is negative or not finite counts likewise. d_max and d_min are those of the known distances. A
 /// weight below `min_weight` is 0: dropped. A point whose distance is not known has weight 1, and so have all
 /// where d_max = d_min: nothing speaks against them.
 [[nodiscard]] std::vector<double> point_weights(std::span<const std::optional<double>> distances,
                                                 double min_weight);
 
 /// alpha_l = cos(theta_avg), clipped to [0, 1]; 0 below `min_weight` (paper, section 3.5). `angle`: theta_avg
-/// in rad; nothing = no match, weight 1.
+/// in rad; nothing or a value that is not finite = no match, weight 1.
 [[nodiscard]] double line_weight(std::optional<double> angle, double min_weight);
 
 }  // namespace ipl_slam

@@ -5,8 +5,9 @@
 
 #include <Eigen/Core>
 
+#include "common/ids.hpp"
+#include "dynamics/region_belief.hpp"
 #include "segmentation/bit_mask.hpp"
-#include "segmentation/instance.hpp"
 
 namespace ipl_slam {
 
@@ -15,6 +16,26 @@ struct Region {
   InstanceId id;
   BitMask mask;          ///< as segmented; grown where `dynamic` (paper, section 3.4)
   bool dynamic = false;  ///< its features are removed
+  RegionEvidence evidence;
+  double belief = 0.0;  ///< log odds that it moves (RegionBelief)
+};
+
+/// Whether the pixel nearest to a position is on; false outside the mask.
+[[nodiscard]] bool covers(const BitMask& mask, const Eigen::Vector2d& pixel);
+/// Share of the way from start to end that lies in a mask, 0 to 1; 0 for an empty mask.
+[[nodiscard]] double share_inside(const BitMask& mask, const Eigen::Vector2d& start,
+                                  const Eigen::Vector2d& end);
+
+/// How much each of a keyframe's features of one kind counts, and the region it lies in. Empty vectors: all
+/// count fully and lie in no region.
+struct FeatureTrust {
+  std::vector<double> weights;      ///< alpha in [0, 1]; 0 = removed
+  std::vector<InstanceId> regions;  ///< invalid = none
+
+  [[nodiscard]] double weight(std::size_t feature) const { return weights.empty() ? 1.0 : weights[feature]; }
+  [[nodiscard]] InstanceId region(std::size_t feature) const {
+    return regions.empty() ? InstanceId{} : regions[feature];
+  }
 };
 
 /// How much the features of a frame may say. Empty vectors: every feature has weight 1 and lies in no region.
@@ -25,8 +46,12 @@ struct FeatureWeights {
   BitMask dynamic;                                     ///< union of the dynamic regions, of the image's size
 
   [[nodiscard]] double point(std::size_t keypoint) const { return points.empty() ? 1.0 : points[keypoint]; }
+  /// Whether a distorted pixel lies in a dynamic region.
+  [[nodiscard]] bool in_dynamic(const Eigen::Vector2d& pixel) const { return covers(dynamic, pixel); }
   /// Share of the way from start to end (distorted pixels) that lies in dynamic regions, 0 to 1.
-  [[nodiscard]] double dynamic_share(const Eigen::Vector2d& start, const Eigen::Vector2d& end) const;
+  [[nodiscard]] double dynamic_share(const Eigen::Vector2d& start, const Eigen::Vector2d& end) const {
+    return share_inside(dynamic, start, end);
+  }
 };
 
 }  // namespace ipl_slam

@@ -20,6 +20,9 @@ struct LineMotionOptions {
   double max_angle = 0.5;
   double still = 1.0;
   double min_weight = 0.1;
+  double pixel_sigma = 1.0;
+  double inverse_depth_sigma = 0.01;
+  double max_chi2 = 13.3;
   LineMatchOptions match;
 
   template <class Visitor>
@@ -31,6 +34,12 @@ struct LineMotionOptions {
              {0.0, 3.15, "rad", "mean difference of the angles above this is motion"});
     v.number("still", still, {0.0, 20.0, "px", "a shorter way has no angle: it counts as still"});
     v.number("min_weight", min_weight, {0.0, 1.0, "1", "a line with a smaller weight is dropped"});
+    v.number("pixel_sigma", pixel_sigma,
+             {0.01, 20.0, "px", "residual: standard deviation of an end point across its line on octave 0"});
+    v.number("inverse_depth_sigma", inverse_depth_sigma,
+             {0.0, 1.0, "1/m", "residual: deviation of an end's inverse depth beyond that of its fit"});
+    v.number("max_chi2", max_chi2,
+             {0.0, 1e6, "1", "residual: squared Mahalanobis distance, of 4 components, above this is motion"});
     v.section("match", match, "matching of the lines");
   }
 };

@@ -42,6 +42,12 @@ std::set<KeyframeId> choose_keyframes(const Map& map, KeyframeId centre, const L
   return chosen;
 }
 
+// alpha_l of the newest sight.
+double weight_of(const Map& map, const Line& line) {
+  const Observation& newest = line.observations.back();
+  return map.keyframes()[newest.keyframe].line_trust.weight(newest.feature);
+}
+
 }  // namespace
 
 const LocalKeyframe* LocalMap::find_keyframe(KeyframeId id) const {
@@ -91,8 +97,8 @@ LocalMap build_local_map(const Map& map, KeyframeId centre, const LocalMapOption
   });
   collect(&Keyframe::lines, &LocalKeyframe::lines, map.lines().ids_used(), [&](std::uint32_t i) {
     const Line& l = map.lines()[LineId{i}];
-    local.lines.push_back(
-        {LineId{i}, l.line, l.start, l.end, l.contrast, static_cast<int>(l.observations.size())});
+    local.lines.push_back({LineId{i}, l.line, l.start, l.end, l.contrast,
+                           static_cast<int>(l.observations.size()), weight_of(map, l)});
   });
   return local;
 }

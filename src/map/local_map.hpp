@@ -44,6 +44,7 @@ struct LocalLine {
   Eigen::Vector3d start, end;  ///< of what has been seen of it, world, m
   float contrast;              ///< mean step of the grey value across it
   int observations;            ///< keyframes that see it
+  double weight = 1.0;         ///< alpha_l where the newest of them sees it
 };
 
 /// What the tracker needs to know of a keyframe.

@@ -28,12 +28,13 @@ std::size_t most_typical(const std::vector<Descriptor>& descriptors) {
 }  // namespace
 
 KeyframeId Map::add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw,
-                             std::shared_ptr<const LineFeatures> line_features) {
+                             std::shared_ptr<const LineFeatures> line_features, FeatureTrust point_trust,
+                             FeatureTrust line_trust) {
   if (!line_features) line_features = std::make_shared<const LineFeatures>();
   std::vector<PointId> points(frame->features.size());
   std::vector<LineId> lines(line_features->size());
-  newest_ = keyframes_.insert(
-      {T_cw, std::move(frame), std::move(line_features), std::move(points), std::move(lines)});
+  newest_ = keyframes_.insert({T_cw, std::move(frame), std::move(line_features), std::move(points),
+                               std::move(lines), std::move(point_trust), std::move(line_trust)});
   return newest_;
 }
 
@@ -109,6 +110,7 @@ void Map::add_observation(LandmarkId id, KeyframeId keyframe, std::uint32_t feat
   const auto at = std::lower_bound(observations.begin(), observations.end(), keyframe,
                                    [](const Observation& o, KeyframeId k) { return o.keyframe < k; });
   if (owner.valid() || (at != observations.end() && at->keyframe == keyframe)) return;
+  if (trust(keyframe, id).weight(feature) <= 0.0) return;
   owner = id;
   observations.insert(at, {keyframe, feature});
 }

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "common/ids.hpp"
+#include "dynamics/feature_weights.hpp"
 #include "features/frame.hpp"
 #include "features/line_features.hpp"
 #include "features/scale_pyramid.hpp"
@@ -22,6 +23,7 @@ struct Keyframe {
   std::shared_ptr<const LineFeatures> line_features;  ///< never null, empty where no lines were looked for
   std::vector<PointId> points;                        ///< per keypoint; invalid = none
   std::vector<LineId> lines;                          ///< per segment; invalid = none
+  FeatureTrust point_trust, line_trust;               ///< of keypoints and segments
 };
 
 /// One sight of a landmark.
@@ -75,17 +77,19 @@ class Map {
 
   /// `line_features` may be null: no lines were looked for.
   KeyframeId add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw,
-                          std::shared_ptr<const LineFeatures> line_features = nullptr);
+                          std::shared_ptr<const LineFeatures> line_features = nullptr,
+                          FeatureTrust point_trust = {}, FeatureTrust line_trust = {});
   /// Takes a keyframe out. Its pose stays known relative to `parent`, the keyframe that shares most landmarks
   /// with it, or else the newest. The newest itself must stay: it is what the others hang on in the end.
   void remove_keyframe(KeyframeId id);
   void set_pose(KeyframeId id, const SE3& T_cw) { keyframes_[id].T_cw = T_cw; }
 
-  /// A new point with its first observation, by a keypoint that must not belong to a point yet.
+  /// A new point with its first observation, by a keypoint that must not belong to a point yet nor be
+  /// removed.
   PointId add_point(const Eigen::Vector3d& position_w, KeyframeId keyframe, std::uint32_t keypoint);
   void set_position(PointId id, const Eigen::Vector3d& position_w) { points_[id].position = position_w; }
   /// A new line from start_w to end_w with its first observation, by a segment that must not belong to a line
-  /// yet.
+  /// yet nor be removed.
   LineId add_line(const Line3& line_w, const Eigen::Vector3d& start_w, const Eigen::Vector3d& end_w,
                   KeyframeId keyframe, std::uint32_t segment);
   void set_line(LineId id, const Line3& line_w, const Eigen::Vector3d& start_w, const Eigen::Vector3d& end_w);
@@ -95,7 +99,8 @@ class Map {
   /// Counts frames in which a landmark should have been and was seen.
   template <class LandmarkId>
   void count_sightings(LandmarkId id, int visible, int found);
-  /// Does nothing where the keyframe already sees the landmark, or the feature already belongs to one.
+  /// Does nothing where the keyframe already sees the landmark, the feature already belongs to one, or was
+  /// removed (weight 0).
   template <class LandmarkId>
   void add_observation(LandmarkId id, KeyframeId keyframe, std::uint32_t feature);
   /// Removes the landmark as well when it was the last observation.
@@ -145,6 +150,12 @@ class Map {
   }
   LineId& slot(KeyframeId keyframe, std::uint32_t segment, LineId) {
     return keyframes_[keyframe].lines[segment];
+  }
+  [[nodiscard]] const FeatureTrust& trust(KeyframeId keyframe, PointId) const {
+    return keyframes_[keyframe].point_trust;
+  }
+  [[nodiscard]] const FeatureTrust& trust(KeyframeId keyframe, LineId) const {
+    return keyframes_[keyframe].line_trust;
   }
   template <class LandmarkId, class Landmark>
   LandmarkId insert(Landmark landmark, KeyframeId keyframe, std::uint32_t feature);

@@ -25,7 +25,7 @@ bool KeyframePolicy::wants(const TrackedFrame& tracked, const LocalMap& map, boo
   int close_tracked = 0, close_untracked = 0;
   for (std::size_t k = 0; k < tracked.points.size(); ++k) {
     const float depth = tracked.frame->features.keypoints[k].depth;
-    if (depth <= 0.0F || depth > options_.close_depth) continue;
+    if (depth <= 0.0F || depth > options_.close_depth || tracked.weights.point(k) <= 0.0) continue;
     ++(tracked.points[k].valid() ? close_tracked : close_untracked);
   }
   const bool needs_close =

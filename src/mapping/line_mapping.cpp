@@ -67,6 +67,7 @@ std::vector<LineId> LineMapping::create(Map& map, KeyframeId id) const {
   for (std::uint32_t s = 0; s < features->size(); ++s) {
     const LineSegment& segment = features->segments[s];
     if (map.keyframes()[id].lines[s].valid() || !segment.depth.known()) continue;
+    if (map.keyframes()[id].line_trust.weight(s) <= 0.0) continue;
     const auto in_space = [&](const Eigen::Vector2f& uv, float inverse_depth) {
       return Eigen::Vector3d(T_wc * camera_.unproject(uv.cast<double>(), 1.0 / inverse_depth));
     };

@@ -23,6 +23,7 @@ std::shared_ptr<const LocalMap> LocalMapper::process(const KeyframeCandidate& ca
   };
   count(candidate.sightings);
   count(candidate.line_sightings);
+  remove_movers(candidate.tracked.weights);
   const KeyframeId id = insert(candidate);
   point_culling_.cull(map_);
   line_culling_.cull(map_);
@@ -38,13 +39,25 @@ std::shared_ptr<const LocalMap> LocalMapper::process(const KeyframeCandidate& ca
   return std::make_shared<const LocalMap>(build_local_map(map_, id, options_.local_map));
 }
 
+void LocalMapper::remove_movers(const FeatureWeights& weights) {
+  removed_.clear();
+  if (!weights.regions) return;
+  for (const Region& region : *weights.regions) {
+    if (!region.dynamic) continue;
+    const RemovedLandmarks gone = remove_landmarks_on(map_, region.id);
+    if (gone.points + gone.lines > 0) removed_.push_back({region.id, gone});
+  }
+}
+
 KeyframeId LocalMapper::insert(const KeyframeCandidate& candidate) {
   const TrackedFrame& tracked = candidate.tracked;
   // The map may have moved since the frame was tracked; its place next to the reference keyframe is still
   // true.
   const SE3 T_cw =
       tracked.reference.valid() ? tracked.T_c_reference * map_.pose_of(tracked.reference) : tracked.T_cw;
-  const KeyframeId id = map_.add_keyframe(tracked.frame, T_cw, candidate.lines);
+  const KeyframeId id =
+      map_.add_keyframe(tracked.frame, T_cw, candidate.lines,
+                        {tracked.weights.points, tracked.weights.point_regions}, candidate.line_trust);
   for (std::uint32_t k = 0; k < tracked.points.size(); ++k) {
     const PointId point = map_.resolve(tracked.points[k]);
     if (!point.valid()) continue;
@@ -60,7 +73,7 @@ void LocalMapper::create_points(KeyframeId id) {
   for (std::uint32_t k = 0; k < frame->features.size(); ++k) {
     const Keypoint& keypoint = frame->features.keypoints[k];
     if (map_.keyframes()[id].points[k].valid()) continue;
-    if (keypoint.depth <= 0.0F) continue;
+    if (keypoint.depth <= 0.0F || map_.keyframes()[id].point_trust.weight(k) <= 0.0) continue;
     const Eigen::Vector3d p_c = camera_.unproject(keypoint.undistorted.cast<double>(), keypoint.depth);
     point_culling_.watch(map_.add_point(T_wc * p_c, id, k));
   }

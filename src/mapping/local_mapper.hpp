@@ -2,6 +2,8 @@
 
 #include <atomic>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "common/options.hpp"
 #include "map/local_map.hpp"
@@ -9,6 +11,7 @@
 #include "mapping/landmark_fusion.hpp"
 #include "mapping/line_mapping.hpp"
 #include "mapping/local_bundle.hpp"
+#include "mapping/mover_removal.hpp"
 #include "tracking/tracked_frame.hpp"
 
 namespace ipl_slam {
@@ -42,8 +45,13 @@ class LocalMapper {
                                                         const std::atomic<bool>* abort = nullptr);
 
   [[nodiscard]] const Map& map() const { return map_; }
+  /// What the last keyframe took out of the map because it sat on something that turned out to move.
+  [[nodiscard]] const std::vector<std::pair<InstanceId, RemovedLandmarks>>& removed() const {
+    return removed_;
+  }
 
  private:
+  void remove_movers(const FeatureWeights& weights);
   KeyframeId insert(const KeyframeCandidate& candidate);
   void create_points(KeyframeId id);
   void create_lines(KeyframeId id);
@@ -56,6 +64,7 @@ class LocalMapper {
   LineMapping line_mapping_;
   LandmarkCulling<PointId> point_culling_;
   LandmarkCulling<LineId> line_culling_;
+  std::vector<std::pair<InstanceId, RemovedLandmarks>> removed_;
 };
 
 }  // namespace ipl_slam

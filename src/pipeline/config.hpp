@@ -7,6 +7,7 @@
 
 #include "common/options.hpp"
 #include "dynamics/contour_window.hpp"
+#include "dynamics/dynamic_features.hpp"
 #include "features/line_extractor.hpp"
 #include "features/orb_extractor.hpp"
 #include "geometry/depth_noise.hpp"
@@ -62,6 +63,7 @@ struct Config {
   InstanceTrackerOptions instances;
   MaskCarrierOptions mask_carrier;
   ContourWindowOptions contours;
+  DynamicsOptions dynamics;
   TrackerOptions tracking;
   KeyframePolicyOptions keyframes;
   MappingOptions mapping;
@@ -77,6 +79,7 @@ struct Config {
     v.section("instances", instances, "instances followed from frame to frame");
     v.section("mask_carrier", mask_carrier, "masks brought from one frame to another");
     v.section("contours", contours, "which instances move, by the similarity of their contours");
+    v.section("dynamics", dynamics, "what is dynamic and leaves the pose and the map alone");
     v.section("tracking", tracking, "camera pose of every frame");
     v.section("keyframes", keyframes, "which frames enter the map");
     v.section("mapping", mapping, "landmarks and keyframes");

@@ -13,46 +13,41 @@
 namespace ipl_slam {
 namespace {
 
-// Adds the keyframe's lines. Does nothing without an extractor or where they are there already.
-void extract_lines(std::optional<LineExtractor>& extractor, NewKeyframe& keyframe) {
-  if (!extractor || keyframe.candidate.lines) return;
-  const Stopwatch stopwatch;
-  keyframe.candidate.lines =
-      std::make_shared<const LineFeatures>(extractor->extract(keyframe.grey, keyframe.depth));
-  keyframe.line_milliseconds = stopwatch.milliseconds();
-}
-
 class LockstepMapping final : public MappingSchedule {
  public:
-  LockstepMapping(LocalMapper mapper, std::optional<LineExtractor> lines)
+  LockstepMapping(LocalMapper mapper, std::optional<KeyframeLines> lines)
       : mapper_(std::move(mapper)), lines_(std::move(lines)) {}
 
   void start(NewKeyframe first) override { submit(std::move(first)); }
   void submit(NewKeyframe keyframe) override {
-    extract_lines(lines_, keyframe);
+    if (lines_) region_lines_ = lines_->process(keyframe);
     const Stopwatch stopwatch;
     local_map_ = mapper_.process(keyframe.candidate);
-    times_.push_back(
-        {keyframe.candidate.tracked.frame->index, keyframe.line_milliseconds, stopwatch.milliseconds()});
+    records_.push_back({keyframe.candidate.tracked.frame->index, keyframe.line_milliseconds,
+                        stopwatch.milliseconds(), mapper_.removed()});
   }
   [[nodiscard]] std::shared_ptr<const LocalMap> local_map() const override { return local_map_; }
   [[nodiscard]] bool idle() const override { return true; }
   [[nodiscard]] bool has_room() const override { return true; }
+  [[nodiscard]] std::vector<RegionLines> take_region_lines() override {
+    return std::exchange(region_lines_, {});
+  }
   void finish() override {}
-  void read(const std::function<void(const Map&, const std::vector<MappingTime>&)>& fn) const override {
-    fn(mapper_.map(), times_);
+  void read(const std::function<void(const Map&, const std::vector<MappingRecord>&)>& fn) const override {
+    fn(mapper_.map(), records_);
   }
 
  private:
   LocalMapper mapper_;
-  std::optional<LineExtractor> lines_;
+  std::optional<KeyframeLines> lines_;
   std::shared_ptr<const LocalMap> local_map_;
-  std::vector<MappingTime> times_;
+  std::vector<RegionLines> region_lines_;
+  std::vector<MappingRecord> records_;
 };
 
 class RealtimeMapping final : public MappingSchedule {
  public:
-  RealtimeMapping(LocalMapper mapper, std::optional<LineExtractor> lines, std::size_t queue_size)
+  RealtimeMapping(LocalMapper mapper, std::optional<KeyframeLines> lines, std::size_t queue_size)
       : mapper_(std::move(mapper)),
         lines_(std::move(lines)),
         queue_size_(queue_size),
@@ -102,15 +97,20 @@ class RealtimeMapping final : public MappingSchedule {
     return pending_ <= queue_size_;
   }
 
+  [[nodiscard]] std::vector<RegionLines> take_region_lines() override {
+    std::lock_guard lock(state_mutex_);
+    return std::exchange(region_lines_, {});
+  }
+
   void finish() override {
     std::unique_lock lock(state_mutex_);
     done_.wait(lock, [&] { return pending_ == 0; });
     if (failure_) std::rethrow_exception(failure_);
   }
 
-  void read(const std::function<void(const Map&, const std::vector<MappingTime>&)>& fn) const override {
+  void read(const std::function<void(const Map&, const std::vector<MappingRecord>&)>& fn) const override {
     std::lock_guard lock(map_mutex_);
-    fn(mapper_.map(), times_);
+    fn(mapper_.map(), records_);
   }
 
  private:
@@ -120,8 +120,9 @@ class RealtimeMapping final : public MappingSchedule {
         done_with_one();
         continue;
       }
+      std::vector<RegionLines> told;
       try {
-        extract_lines(lines_, *keyframe);
+        if (lines_) told = lines_->process(*keyframe);
       } catch (...) {
         fail(std::current_exception());
         done_with_one();
@@ -129,6 +130,7 @@ class RealtimeMapping final : public MappingSchedule {
       }
       {
         std::lock_guard lock(state_mutex_);
+        region_lines_ = std::move(told);
         ++with_lines_;
         abort_bundle_ = stopping_ || with_lines_ > 1;
       }
@@ -153,8 +155,8 @@ class RealtimeMapping final : public MappingSchedule {
       std::lock_guard map_lock(map_mutex_);
       const Stopwatch stopwatch;
       auto local_map = mapper_.process(keyframe.candidate, &abort_bundle_);
-      times_.push_back(
-          {keyframe.candidate.tracked.frame->index, keyframe.line_milliseconds, stopwatch.milliseconds()});
+      records_.push_back({keyframe.candidate.tracked.frame->index, keyframe.line_milliseconds,
+                          stopwatch.milliseconds(), mapper_.removed()});
       std::lock_guard lock(state_mutex_);
       local_map_ = std::move(local_map);
     } catch (...) {
@@ -178,13 +180,14 @@ class RealtimeMapping final : public MappingSchedule {
     done_.notify_all();
   }
 
-  LocalMapper mapper_;              // guarded by map_mutex_
-  std::vector<MappingTime> times_;  // guarded by map_mutex_
+  LocalMapper mapper_;                  // guarded by map_mutex_
+  std::vector<MappingRecord> records_;  // guarded by map_mutex_
   mutable std::mutex map_mutex_;
-  std::optional<LineExtractor> lines_;  // used by the line thread alone
+  std::optional<KeyframeLines> lines_;  // used by the line thread alone
 
   // Guarded by state_mutex_, down to failure_.
   std::shared_ptr<const LocalMap> local_map_;
+  std::vector<RegionLines> region_lines_;
   std::size_t pending_ = 0;     // submitted, not in the map yet
   std::size_t with_lines_ = 0;  // of these, those that the mapper works on or could work on
   bool stopping_ = false;
@@ -202,11 +205,11 @@ class RealtimeMapping final : public MappingSchedule {
 }  // namespace
 
 std::unique_ptr<MappingSchedule> make_lockstep_mapping(LocalMapper mapper,
-                                                       std::optional<LineExtractor> lines) {
+                                                       std::optional<KeyframeLines> lines) {
   return std::make_unique<LockstepMapping>(std::move(mapper), std::move(lines));
 }
 
-std::unique_ptr<MappingSchedule> make_realtime_mapping(LocalMapper mapper, std::optional<LineExtractor> lines,
+std::unique_ptr<MappingSchedule> make_realtime_mapping(LocalMapper mapper, std::optional<KeyframeLines> lines,
                                                        std::size_t queue_size) {
   return std::make_unique<RealtimeMapping>(std::move(mapper), std::move(lines), queue_size);
 }

@@ -3,30 +3,22 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
-#include <opencv2/core.hpp>
-
-#include "features/line_extractor.hpp"
 #include "mapping/local_mapper.hpp"
 #include "pipeline/config.hpp"
+#include "pipeline/keyframe_lines.hpp"
 
 namespace ipl_slam {
 
-/// A keyframe on its way to the mapper, with the images its lines are extracted from. Where the candidate has
-/// its lines already they are not extracted again.
-struct NewKeyframe {
-  KeyframeCandidate candidate;
-  cv::Mat grey;                    ///< CV_8UC1
-  cv::Mat depth;                   ///< raw units
-  double line_milliseconds = 0.0;  ///< what the lines took, once they are there
-};
-
-/// How long a keyframe took, milliseconds.
-struct MappingTime {
+/// How long a keyframe took, milliseconds, and what it took out.
+struct MappingRecord {
   std::size_t frame_index = 0;
   double lines = 0.0;    ///< extraction of its lines
   double mapping = 0.0;  ///< the mapper
+  /// Landmarks that left the map because they sat on something that turned out to move.
+  std::vector<std::pair<InstanceId, RemovedLandmarks>> removed = {};
 };
 
 /// Where and when lines are extracted and the mapper runs. The stages on either side do not know.
@@ -43,19 +35,21 @@ class MappingSchedule {
   [[nodiscard]] virtual bool idle() const = 0;
   /// Whether another keyframe may be submitted.
   [[nodiscard]] virtual bool has_room() const = 0;
+  /// What the lines of keyframes told about regions since the last call.
+  [[nodiscard]] virtual std::vector<RegionLines> take_region_lines() = 0;
   /// Waits until everything submitted is in the map.
   virtual void finish() = 0;
   /// Calls fn with the map while the mapper rests.
-  virtual void read(const std::function<void(const Map&, const std::vector<MappingTime>&)>& fn) const = 0;
+  virtual void read(const std::function<void(const Map&, const std::vector<MappingRecord>&)>& fn) const = 0;
 };
 
 /// Everything happens inside submit(): fixed order, repeatable results. No lines without an extractor.
 [[nodiscard]] std::unique_ptr<MappingSchedule> make_lockstep_mapping(LocalMapper mapper,
-                                                                     std::optional<LineExtractor> lines);
+                                                                     std::optional<KeyframeLines> lines);
 /// Line extraction and the mapper run on a thread each, one behind the other, and behind a bounded queue; a
 /// waiting keyframe cuts bundle adjustment short.
 [[nodiscard]] std::unique_ptr<MappingSchedule> make_realtime_mapping(LocalMapper mapper,
-                                                                     std::optional<LineExtractor> lines,
+                                                                     std::optional<KeyframeLines> lines,
                                                                      std::size_t queue_size);
 
 }  // namespace ipl_slam

@@ -31,10 +31,15 @@ cv::Mat to_grey(const cv::Mat& color) {
 
 std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config& config) {
   LocalMapper mapper(camera, pyramid_of(config), config.depth, config.mapping);
+  std::optional<KeyframeLines> lines;
+  if (auto extractor = make_line_extractor(camera, config)) {
+    lines.emplace(std::move(*extractor), LineMotionCheck(camera, config.depth, config.dynamics.lines),
+                  config.tracking.max_dynamic_share);
+  }
   return config.schedule.mode == "realtime"
-             ? make_realtime_mapping(std::move(mapper), make_line_extractor(camera, config),
+             ? make_realtime_mapping(std::move(mapper), std::move(lines),
                                      static_cast<std::size_t>(config.schedule.keyframe_queue))
-             : make_lockstep_mapping(std::move(mapper), make_line_extractor(camera, config));
+             : make_lockstep_mapping(std::move(mapper), std::move(lines));
 }
 
 }  // namespace
@@ -45,6 +50,7 @@ Pipeline::Pipeline(const Camera& camera, const Config& config)
       extractor_(config.orb, camera, config.depth, &threads_),
       first_lines_(make_line_extractor(camera, config)),
       instances_(make_instance_schedule(camera, config)),
+      dynamics_(camera, pyramid_of(config), config.dynamics),
       tracker_(camera, pyramid_of(config), config.depth, config.tracking, config.lines.depth),
       policy_(config.keyframes),
       mapping_(make_mapping(camera, config)),
@@ -72,7 +78,14 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   result.times.instances = stopwatch.restart();
 
   const std::shared_ptr<const LocalMap> map = mapping_->local_map();
-  TrackedFrame tracked = tracker_.track(frame, map, first_lines_ ? grey : cv::Mat(), image.depth);
+  dynamics_.add_lines(mapping_->take_region_lines());
+  const std::vector<std::uint8_t>& witness = dynamics_.locate(frame, last_instances_);
+  FeatureWeights weights = dynamics_.decide(tracker_.first_pose(*frame, map, witness),
+                                            [&](InstanceId id) { return instances_->verdict(id).state; });
+  result.times.dynamics = stopwatch.restart();
+
+  TrackedFrame tracked =
+      tracker_.track(frame, map, first_lines_ ? grey : cv::Mat(), image.depth, std::move(weights));
   result.times.tracking = stopwatch.restart();
 
   if (!map) {
@@ -90,6 +103,7 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   const bool placed = tracked.state == TrackingState::kTracking;
   stopwatch.restart();
   instances_->placed(image, placed ? std::optional(tracked.T_cw.inverse()) : std::nullopt);
+  dynamics_.placed(placed ? std::optional(tracked.T_cw) : std::nullopt);
   result.times.instances += stopwatch.milliseconds();
   if (placed) {
     placed_.push_back({image.timestamp, tracked.reference, tracked.T_c_reference});
@@ -140,7 +154,7 @@ bool Pipeline::start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat
 
 Trajectory Pipeline::trajectory() const {
   Trajectory trajectory;
-  mapping_->read([&](const Map& map, const std::vector<MappingTime>&) {
+  mapping_->read([&](const Map& map, const std::vector<MappingRecord>&) {
     for (const Placed& p : placed_) {
       trajectory.push_back({p.timestamp, (p.T_c_reference * map.pose_of(p.reference)).inverse()});
     }
@@ -150,7 +164,7 @@ Trajectory Pipeline::trajectory() const {
 
 Trajectory Pipeline::keyframe_trajectory() const {
   Trajectory trajectory;
-  mapping_->read([&](const Map& map, const std::vector<MappingTime>&) {
+  mapping_->read([&](const Map& map, const std::vector<MappingRecord>&) {
     map.keyframes().for_each([&](KeyframeId, const Keyframe& keyframe) {
       trajectory.push_back({keyframe.frame->timestamp, keyframe.T_cw.inverse()});
     });

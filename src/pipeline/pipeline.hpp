@@ -7,6 +7,7 @@
 #include "common/thread_pool.hpp"
 #include "dataset/rgbd_frame.hpp"
 #include "dataset/trajectory.hpp"
+#include "dynamics/dynamic_features.hpp"
 #include "features/orb_extractor.hpp"
 #include "mapping/keyframe_policy.hpp"
 #include "pipeline/config.hpp"
@@ -21,6 +22,7 @@ namespace ipl_slam {
 struct FrameTimes {
   double features = 0.0;   ///< colour image to keypoints and descriptors; before there is a map, lines too
   double instances = 0.0;  ///< instances found (lockstep), carried to the frame and handed on
+  double dynamics = 0.0;   ///< what moves, and a first pose to tell it by
   double tracking = 0.0;   ///< keypoints and known lines to pose
 };
 
@@ -76,6 +78,7 @@ class Pipeline {
   OrbExtractor extractor_;
   std::optional<LineExtractor> first_lines_;  // of the frame that starts the map; none without lines
   std::unique_ptr<InstanceSchedule> instances_;
+  DynamicFeatures dynamics_;
   Tracker tracker_;
   KeyframePolicy policy_;
   std::unique_ptr<MappingSchedule> mapping_;

@@ -35,9 +35,9 @@ SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const RunHooks&
   pipeline.finish();
   run.seconds = total.milliseconds() / 1000.0;
 
-  pipeline.mapping().read([&](const Map&, const std::vector<MappingTime>& times) {
-    std::map<std::size_t, MappingTime> by_frame;
-    for (const MappingTime& t : times) by_frame[t.frame_index] = t;
+  pipeline.mapping().read([&](const Map&, const std::vector<MappingRecord>& times) {
+    std::map<std::size_t, MappingRecord> by_frame;
+    for (const MappingRecord& t : times) by_frame[t.frame_index] = t;
     for (FrameRecord& f : run.frames) {
       const auto it = by_frame.find(f.index);
       if (it == by_frame.end()) continue;

@@ -65,6 +65,7 @@ std::vector<LineMatch> LineTracker::matches(const LineSights& sights, const Loca
     match.start = sight.at.start;
     match.end = sight.at.end;
     match.sigma2 = sight.at.sigma2;
+    match.weight = map.lines[static_cast<std::size_t>(sight.line)].weight;
     if (sight.depth.known()) {
       match.inverse_start = sight.depth.inverse_start;
       match.inverse_end = sight.depth.inverse_end;

@@ -55,11 +55,12 @@ class MotionEstimator {
 Relocalizer::Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options)
     : camera_(camera), pyramid_(pyramid), options_(options) {}
 
-std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const Frame& earlier,
-                                          const SE3& T_earlier_w) const {
+std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const Frame& earlier, const SE3& T_earlier_w,
+                                          std::span<const std::uint8_t> removed) const {
   const Features& there = earlier.features;
   MotionEstimator estimator(camera_);
   for (const auto& [i, j] : match_brute_force(there, frame.features, options_.match)) {
+    if (!removed.empty() && removed[static_cast<std::size_t>(j)]) continue;
     const Keypoint& a = there.keypoints[i];
     const Keypoint& b = frame.features.keypoints[j];
     if (a.depth > 0.0F && b.depth > 0.0F) estimator.add(a, b, pyramid_.scale(b.level));

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <span>
 
 #include "common/options.hpp"
 #include "features/frame.hpp"
@@ -34,9 +36,10 @@ class Relocalizer {
  public:
   Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options);
 
-  /// T_cw of the frame, or nothing. Rough: it may rest on a few points' measured depth.
-  [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const Frame& earlier,
-                                             const SE3& T_earlier_w) const;
+  /// T_cw of the frame, or nothing. Rough: it may rest on a few points' measured depth. `removed`, if not
+  /// empty, has one entry per keypoint of the frame; those not 0 are not used.
+  [[nodiscard]] std::optional<SE3> find_pose(const Frame& frame, const Frame& earlier, const SE3& T_earlier_w,
+                                             std::span<const std::uint8_t> removed = {}) const;
 
  private:
   Camera camera_;

@@ -8,6 +8,7 @@
 #include <ipl_slam/tracking_state.hpp>
 
 #include "common/ids.hpp"
+#include "dynamics/feature_weights.hpp"
 #include "features/frame.hpp"
 #include "features/line_features.hpp"
 #include "geometry/se3.hpp"
@@ -25,6 +26,7 @@ struct Sighting {
 struct SeenLine {
   LineId line;
   Eigen::Vector2d start, end;
+  double weight = 1.0;  ///< alpha_l it counted with
 };
 
 /// What tracking gives for one frame.
@@ -37,6 +39,7 @@ struct TrackedFrame {
   std::vector<PointId> points;  ///< per keypoint: the landmark seen there; invalid = none
   std::vector<SeenLine> lines;  ///< lines that agree with the pose
   int inliers = 0;              ///< matched points that agree with the pose
+  FeatureWeights weights;       ///< how much each feature was allowed to say
 };
 
 /// A tracked frame on its way into the map.
@@ -45,6 +48,7 @@ struct KeyframeCandidate {
   std::vector<Sighting<PointId>> sightings = {};        ///< since the candidate before
   std::vector<Sighting<LineId>> line_sightings = {};    ///< the same of lines
   std::shared_ptr<const LineFeatures> lines = nullptr;  ///< of the frame; null = not looked for
+  FeatureTrust line_trust = {};                         ///< of these lines
 };
 
 }  // namespace ipl_slam

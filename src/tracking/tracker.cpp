@@ -10,8 +10,17 @@
 namespace ipl_slam {
 namespace {
 
-PointMatch make_match(const Eigen::Vector3d& point_w, const Keypoint& keypoint, const ScalePyramid& pyramid) {
-  return {point_w, keypoint.undistorted.cast<double>(), keypoint.depth, pyramid.sigma2(keypoint.level), 1.0};
+PointMatch make_match(const Eigen::Vector3d& point_w, const Keypoint& keypoint, const ScalePyramid& pyramid,
+                      double weight) {
+  return {point_w, keypoint.undistorted.cast<double>(), keypoint.depth, pyramid.sigma2(keypoint.level),
+          weight};
+}
+
+// 1 per keypoint of weight 0.
+std::vector<std::uint8_t> removed_points(const FeatureWeights& weights, std::size_t keypoints) {
+  std::vector<std::uint8_t> removed(keypoints, 0);
+  for (std::size_t k = 0; k < keypoints; ++k) removed[k] = weights.point(k) > 0.0 ? 0 : 1;
+  return removed;
 }
 
 // Standard deviation in the direction a pose is least certain of.
@@ -33,24 +42,37 @@ Tracker::Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthN
       line_tracker_(camera, options.lines, noise, line_depth),
       relocalizer_(camera, pyramid, options.relocalizer) {}
 
+std::optional<SE3> Tracker::first_pose(const Frame& frame, std::shared_ptr<const LocalMap> map,
+                                       std::span<const std::uint8_t> witness) {
+  if (!map || lost()) return std::nullopt;
+  adopt(std::move(map));
+  const FeatureWeights all;
+  View view{frame, {}, {}, all, {}};
+  for (const std::uint8_t w : witness) view.removed.push_back(w ? 0 : 1);
+  const Placement placement = match_widening(view, motion_.predict(frame.timestamp));
+  if (placement.inliers < options_.min_prediction_inliers) return std::nullopt;
+  return placement.T_cw;
+}
+
 TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map,
-                            const cv::Mat& grey, const cv::Mat& depth) {
+                            const cv::Mat& grey, const cv::Mat& depth, FeatureWeights weights) {
   if (!map) {
     TrackedFrame waiting;
     waiting.points.resize(frame->features.size());
     waiting.frame = std::move(frame);
+    waiting.weights = std::move(weights);
     return waiting;
   }
   adopt(std::move(map));
 
-  const View view{*frame, grey, depth};
+  const View view{*frame, grey, depth, weights, removed_points(weights, frame->features.size())};
   Placement placement = place_by_prediction(view);
   if (support(placement) < options_.confident_inliers && last_.frame) {
     // Of a lost camera, too: no keyframe is nearer to where it was.
     keep_better(placement, place_from(view, *last_.frame, last_.T_cw));
   }
   if (!believed(placement)) keep_better(placement, relocalize(view));
-  return conclude(std::move(frame), placement);
+  return conclude(std::move(frame), placement, std::move(weights));
 }
 
 // Takes over a new local map: the last pose and velocity follow the correction of the reference keyframe.
@@ -65,17 +87,22 @@ void Tracker::adopt(std::shared_ptr<const LocalMap> map) {
   }
 }
 
-// Windows widen until enough of the last frame's points agree on a motion. Where points are rare lines have a
-// say, too; a lost camera may not have moved far.
-Tracker::Placement Tracker::place_by_prediction(const View& view) const {
-  if (lost()) return place_by_lines(view, last_.T_cw);
-  const SE3 T_cw = motion_.predict(view.frame.timestamp);
+// Windows widen until enough of the last frame's points agree on a motion.
+Tracker::Placement Tracker::match_widening(const View& view, const SE3& T_cw) const {
   Placement best;
   for (const double widening : {1.0, 2.0, 4.0}) {
-    Placement placement = match_last_frame(view.frame, T_cw, widening * options_.prediction_radius);
+    Placement placement = match_last_frame(view, T_cw, widening * options_.prediction_radius);
     if (placement.inliers > best.inliers) best = std::move(placement);
     if (best.inliers >= options_.confident_inliers) break;
   }
+  return best;
+}
+
+// Where points are rare lines have a say, too; a lost camera may not have moved far.
+Tracker::Placement Tracker::place_by_prediction(const View& view) const {
+  if (lost()) return place_by_lines(view, last_.T_cw);
+  const SE3 T_cw = motion_.predict(view.frame.timestamp);
+  Placement best = match_widening(view, T_cw);
   const bool by_points = best.inliers >= options_.min_prediction_inliers;
   best = by_points ? place_in_local_map(view, best, options_.local_radius) : Placement{};
   if (support(best) < options_.confident_inliers) keep_better(best, place_by_lines(view, T_cw));
@@ -84,7 +111,7 @@ Tracker::Placement Tracker::place_by_prediction(const View& view) const {
 
 // Places the frame by lines alone, found from where the camera is expected, before points are looked for.
 Tracker::Placement Tracker::place_by_lines(const View& view, const SE3& T_cw) const {
-  LineSights sights = line_tracker_.look(view.grey, T_cw, *map_, options_.lines.wide_radius);
+  LineSights sights = look_for_lines(view, T_cw, options_.lines.wide_radius);
   line_tracker_.measure_depth(view.depth, sights);
   const PoseEstimate estimate = optimizer_.optimize(T_cw, {}, line_tracker_.matches(sights, *map_));
   if (estimate.line_inliers == 0) return {};
@@ -95,7 +122,7 @@ Tracker::Placement Tracker::place_by_lines(const View& view, const SE3& T_cw) co
 
 // Without a prediction: from what an earlier frame shows, wherever in the image it is now.
 Tracker::Placement Tracker::place_from(const View& view, const Frame& earlier, const SE3& T_earlier_w) const {
-  const std::optional<SE3> T_cw = relocalizer_.find_pose(view.frame, earlier, T_earlier_w);
+  const std::optional<SE3> T_cw = relocalizer_.find_pose(view.frame, earlier, T_earlier_w, view.removed);
   if (!T_cw) return {};
   // The pose rests on the measured depth of few points: the first look around each landmark is a wide one.
   Placement placement{.T_cw = *T_cw};
@@ -132,7 +159,8 @@ void Tracker::keep_better(Placement& best, Placement other) const {
 
 // Looks for the last frame's points around where the predicted pose puts them. Points without a landmark
 // serve too, placed by their own depth: they carry the pose where the map is still thin.
-Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw, double radius) const {
+Tracker::Placement Tracker::match_last_frame(const View& view, const SE3& T_cw, double radius) const {
+  const Frame& frame = view.frame;
   const Features& last = last_.frame->features;
   const SE3 T_wl = last_.T_cw.inverse();
   std::vector<ProjectedPoint> windows;
@@ -141,7 +169,7 @@ Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw
   for (std::size_t i = 0; i < last.size(); ++i) {
     const Keypoint& keypoint = last.keypoints[i];
     const int landmark = last_.points[i].valid() ? map_->find_point(last_.points[i]) : -1;
-    if (landmark < 0 && keypoint.depth <= 0.0F) continue;
+    if (landmark < 0 && (keypoint.depth <= 0.0F || last_.weights.point(i) <= 0.0)) continue;
     const Eigen::Vector3d position =
         landmark >= 0 ? map_->points[landmark].position
                       : T_wl * camera_.unproject(keypoint.undistorted.cast<double>(), keypoint.depth);
@@ -163,12 +191,13 @@ Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw
   }
 
   const std::vector<int> found =
-      match_projected(frame.features, frame.grid, windows, options_.last_frame_match);
+      match_projected(frame.features, frame.grid, windows, options_.last_frame_match, view.removed);
   std::vector<PointMatch> matches;
   std::vector<std::pair<int, int>> owners;  // keypoint, landmark
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (found[i] < 0) continue;
-    matches.push_back(make_match(positions[i], frame.features.keypoints[found[i]], pyramid_));
+    matches.push_back(make_match(positions[i], frame.features.keypoints[found[i]], pyramid_,
+                                 view.weights.point(static_cast<std::size_t>(found[i]))));
     owners.emplace_back(found[i], landmarks[i]);
   }
   const PoseEstimate estimate = optimizer_.optimize(T_cw, matches);
@@ -185,7 +214,7 @@ Tracker::Placement Tracker::match_last_frame(const Frame& frame, const SE3& T_cw
 Tracker::Placement Tracker::place_in_local_map(const View& view, const Placement& start,
                                                double radius) const {
   const Frame& frame = view.frame;
-  std::vector<std::uint8_t> taken(frame.features.size(), 0);
+  std::vector<std::uint8_t> taken = view.removed;
   std::vector<std::uint8_t> matched(map_->points.size(), 0);
   for (std::size_t k = 0; k < start.points.size(); ++k) {
     if (start.points[k] < 0) continue;
@@ -197,7 +226,8 @@ Tracker::Placement Tracker::place_in_local_map(const View& view, const Placement
   std::vector<int> landmarks;
   for (std::size_t i = 0; i < map_->points.size(); ++i) {
     if (matched[i]) continue;
-    if (const auto window = visibility_.project(start.T_cw, map_->points[i], radius)) {
+    if (const auto window = visibility_.project(start.T_cw, map_->points[i], radius);
+        window && !hidden(view, window->uv.cast<double>())) {
       windows.push_back(*window);
       landmarks.push_back(static_cast<int>(i));
     }
@@ -213,10 +243,11 @@ Tracker::Placement Tracker::place_in_local_map(const View& view, const Placement
   std::vector<std::size_t> keypoints;
   for (std::size_t k = 0; k < points.size(); ++k) {
     if (points[k] < 0) continue;
-    matches.push_back(make_match(map_->points[points[k]].position, frame.features.keypoints[k], pyramid_));
+    matches.push_back(make_match(map_->points[points[k]].position, frame.features.keypoints[k], pyramid_,
+                                 view.weights.point(k)));
     keypoints.push_back(k);
   }
-  LineSights sights = line_tracker_.look(view.grey, start.T_cw, *map_, options_.lines.radius);
+  LineSights sights = look_for_lines(view, start.T_cw, options_.lines.radius);
   // The image of lines leaves the direction of view nearly open. Points close it; where they are rare the
   // lines' own depth must.
   if (static_cast<int>(matches.size()) < options_.confident_inliers) {
@@ -242,6 +273,22 @@ Tracker::Placement Tracker::place_in_local_map(const View& view, const Placement
   return placement;
 }
 
+// Whether something dynamic stands before what should be seen at an undistorted pixel.
+bool Tracker::hidden(const View& view, const Eigen::Vector2d& uv) const {
+  return !view.weights.dynamic.size().empty() && view.weights.in_dynamic(camera_.distort(uv));
+}
+
+// The lines of the local map that show outside dynamic regions.
+LineSights Tracker::look_for_lines(const View& view, const SE3& T_cw, double radius) const {
+  LineSights sights = line_tracker_.look(view.grey, T_cw, *map_, radius);
+  if (view.weights.dynamic.size().empty()) return sights;
+  std::erase_if(sights.found, [&](const LineSight& sight) {
+    return view.weights.dynamic_share(camera_.distort(sight.at.start), camera_.distort(sight.at.end)) >
+           options_.max_dynamic_share;
+  });
+  return sights;
+}
+
 void Tracker::count_sightings(const Placement& placement) {
   for (const int landmark : placement.visible) points_seen_.visible(landmark);
   for (const int landmark : placement.points) {
@@ -260,8 +307,10 @@ bool Tracker::believed(const Placement& placement) const {
   return support(placement) >= (lost() ? options_.min_inliers_recovering : options_.min_inliers);
 }
 
-TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placement& placement) {
+TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placement& placement,
+                               FeatureWeights weights) {
   TrackedFrame result;
+  result.weights = std::move(weights);
   result.inliers = placement.inliers;
   if (!believed(placement)) {
     ++frames_lost_;
@@ -287,7 +336,8 @@ TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placeme
     if (placement.points[k] >= 0) result.points[k] = map_->points[placement.points[k]].id;
   }
   for (const LineSight& sight : placement.lines) {
-    result.lines.push_back({map_->lines[sight.line].id, sight.at.start, sight.at.end});
+    const LocalLine& line = map_->lines[sight.line];
+    result.lines.push_back({line.id, sight.at.start, sight.at.end, line.weight});
   }
   result.frame = std::move(frame);
   last_ = result;

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -29,6 +30,7 @@ struct TrackerOptions {
   int min_inliers_recovering = 50;
   double line_support = 3.0;
   double max_deviation = 0.05;
+  double max_dynamic_share = 0.2;
   int relocalization_keyframes = 8;
   MatchOptions last_frame_match;
   MatchOptions local_map_match;
@@ -65,6 +67,8 @@ struct TrackerOptions {
         {0.001, 10.0, "m",
          "lines count only where the pose is known to this in its least certain direction (of a turn, rad): "
          "parallel ones leave one open"});
+    v.number("max_dynamic_share", max_dynamic_share,
+             {0.0, 1.0, "share", "of a line that may lie in dynamic regions; a line with more is not used"});
     v.number("relocalization_keyframes", relocalization_keyframes,
              {1, 1000, "count",
               "keyframes a frame that lost its place is compared with; the next frame tries others"});
@@ -83,12 +87,19 @@ class Tracker {
   Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
           const TrackerOptions& options, const SegmentDepthOptions& line_depth = {});
 
+  /// A first pose (T_cw) for the frame that track() is to place, from the last frame's points alone, those
+  /// that `witness` (1 or 0 per keypoint) names. Nothing without a map, when lost, or when too few points
+  /// agree.
+  [[nodiscard]] std::optional<SE3> first_pose(const Frame& frame, std::shared_ptr<const LocalMap> map,
+                                              std::span<const std::uint8_t> witness);
   /// Places a frame in `map`, null as long as there is none. `grey` is its image, CV_8UC1; empty = lines are
   /// not looked for. `depth` is its depth image, CV_16UC1, raw units; empty = lines have no measured depth.
-  /// Without a map the state is kInitializing with an identity pose; the frame can start the map when
+  /// `weights` says how much each feature counts; those of weight 0 and those in dynamic regions are not
+  /// used. Without a map the state is kInitializing with an identity pose; the frame can start the map when
   /// can_start_map says so.
   [[nodiscard]] TrackedFrame track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map,
-                                   const cv::Mat& grey = {}, const cv::Mat& depth = {});
+                                   const cv::Mat& grey = {}, const cv::Mat& depth = {},
+                                   FeatureWeights weights = {});
 
   /// Whether a frame has enough keypoints and lines with depth to start a map. `lines` may be null.
   [[nodiscard]] bool can_start_map(const Frame& frame, const LineFeatures* lines = nullptr) const;
@@ -109,6 +120,8 @@ class Tracker {
     const Frame& frame;
     const cv::Mat& grey;
     const cv::Mat& depth;
+    const FeatureWeights& weights;
+    std::vector<std::uint8_t> removed;  // per keypoint: 1 = weight 0
   };
   /// A pose with the landmarks that support it, as indices into LocalMap::points and lines.
   struct Placement {
@@ -122,20 +135,24 @@ class Tracker {
   };
 
   void adopt(std::shared_ptr<const LocalMap> map);
+  [[nodiscard]] Placement match_widening(const View& view, const SE3& T_cw) const;
   [[nodiscard]] Placement place_by_prediction(const View& view) const;
-  [[nodiscard]] Placement match_last_frame(const Frame& frame, const SE3& T_cw, double radius) const;
+  [[nodiscard]] Placement match_last_frame(const View& view, const SE3& T_cw, double radius) const;
   [[nodiscard]] Placement place_by_lines(const View& view, const SE3& T_cw) const;
   [[nodiscard]] Placement place_from(const View& view, const Frame& earlier, const SE3& T_earlier_w) const;
   [[nodiscard]] Placement relocalize(const View& view) const;
   void keep_better(Placement& best, Placement other) const;
   [[nodiscard]] bool lost() const { return frames_lost_ > 0; }
   [[nodiscard]] Placement place_in_local_map(const View& view, const Placement& start, double radius) const;
+  [[nodiscard]] bool hidden(const View& view, const Eigen::Vector2d& uv) const;
+  [[nodiscard]] LineSights look_for_lines(const View& view, const SE3& T_cw, double radius) const;
   void count_sightings(const Placement& placement);
   /// What speaks for a pose, counted in points.
   [[nodiscard]] double support(const Placement& placement) const;
   /// Whether a pose counts as tracked.
   [[nodiscard]] bool believed(const Placement& placement) const;
-  [[nodiscard]] TrackedFrame conclude(std::shared_ptr<const Frame> frame, const Placement& placement);
+  [[nodiscard]] TrackedFrame conclude(std::shared_ptr<const Frame> frame, const Placement& placement,
+                                      FeatureWeights weights);
   [[nodiscard]] const LocalKeyframe& most_shared_keyframe(const Placement& placement) const;
 
   Camera camera_;

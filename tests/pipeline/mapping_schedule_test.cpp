@@ -69,7 +69,7 @@ TEST(MappingSchedule, FinishWaitsUntilTheLinesOfAllKeyframesAreInTheMap) {
     schedule->finish();
     EXPECT_TRUE(schedule->idle());
     EXPECT_EQ(schedule->local_map()->keyframes.back().id, KeyframeId{5});
-    schedule->read([&](const Map& map, const std::vector<MappingTime>& times) {
+    schedule->read([&](const Map& map, const std::vector<MappingRecord>& times) {
       expect_consistent(map);
       ASSERT_EQ(times.size(), walk.size());
       for (std::size_t i = 0; i < times.size(); ++i) {
@@ -91,7 +91,7 @@ TEST(MappingSchedule, LinesThatAreThereAreNotExtractedAgain) {
   keyframe.candidate.lines = lines;
   for (const auto& schedule : both_schedules()) {
     schedule->start(keyframe);
-    schedule->read([&](const Map& map, const std::vector<MappingTime>& times) {
+    schedule->read([&](const Map& map, const std::vector<MappingRecord>& times) {
       EXPECT_EQ(map.keyframes()[KeyframeId{0}].line_features, lines);
       EXPECT_EQ(times.at(0).lines, 0.0);
     });
@@ -104,10 +104,10 @@ TEST(MappingSchedule, WithoutAnExtractorThereAreNoLines) {
     schedule->start(walk[0]);
     schedule->submit(walk[1]);
     schedule->finish();
-    schedule->read([](const Map& map, const std::vector<MappingTime>& times) {
+    schedule->read([](const Map& map, const std::vector<MappingRecord>& times) {
       EXPECT_EQ(map.keyframes().size(), 2U);
       EXPECT_EQ(map.lines().size(), 0U);
-      for (const MappingTime& time : times) EXPECT_EQ(time.lines, 0.0);
+      for (const MappingRecord& time : times) EXPECT_EQ(time.lines, 0.0);
     });
   }
 }
@@ -133,7 +133,7 @@ TEST(RealtimeMapping, LinesAreExtractedWhileTheMapperIsHeldUp) {
   schedule->start(walk[0]);
   // The mapper rests while the map is read: that the second keyframe fails can come from the line thread
   // only.
-  schedule->read([&](const Map&, const std::vector<MappingTime>&) {
+  schedule->read([&](const Map&, const std::vector<MappingRecord>&) {
     schedule->submit(walk[1]);
     schedule->submit(broken(walk[2]));
     // Generous: what is waited for takes milliseconds.
@@ -149,7 +149,7 @@ TEST(RealtimeMapping, AsManyKeyframesWaitAsAreAllowed) {
   const std::vector<NewKeyframe> walk = keyframes(5);
   const auto schedule = make_realtime_mapping(mapper(), extractor(), 2);
   schedule->start(walk[0]);
-  schedule->read([&](const Map&, const std::vector<MappingTime>&) {
+  schedule->read([&](const Map&, const std::vector<MappingRecord>&) {
     for (std::size_t i = 1; i <= 3; ++i) {  // one is worked on, two wait
       EXPECT_TRUE(schedule->has_room());
       schedule->submit(walk[i]);
@@ -161,7 +161,7 @@ TEST(RealtimeMapping, AsManyKeyframesWaitAsAreAllowed) {
   EXPECT_TRUE(schedule->has_room());
   schedule->submit(walk[4]);
   schedule->finish();
-  schedule->read([&](const Map& map, const std::vector<MappingTime>& times) {
+  schedule->read([&](const Map& map, const std::vector<MappingRecord>& times) {
     EXPECT_EQ(times.size(), walk.size());
     EXPECT_GT(map.lines().size(), 10U);
   });
@@ -181,7 +181,7 @@ TEST(RealtimeMapping, WhatComesAfterAFailureIsNotMapped) {
   const std::vector<NewKeyframe> walk = keyframes(3);
   const auto schedule = make_realtime_mapping(mapper(), extractor(), 2);
   schedule->start(walk[0]);
-  schedule->read([&](const Map&, const std::vector<MappingTime>&) {
+  schedule->read([&](const Map&, const std::vector<MappingRecord>&) {
     schedule->submit(broken(walk[1]));
     try {
       schedule->submit(walk[2]);  // before the failure is known, or refused after it
@@ -189,7 +189,7 @@ TEST(RealtimeMapping, WhatComesAfterAFailureIsNotMapped) {
     }
   });
   EXPECT_THROW(schedule->finish(), std::exception);
-  schedule->read([&](const Map& map, const std::vector<MappingTime>& times) {
+  schedule->read([&](const Map& map, const std::vector<MappingRecord>& times) {
     EXPECT_EQ(times.size(), 1U) << "the third keyframe would have got the second one's number";
     EXPECT_EQ(map.keyframes().size(), 1U);
   });

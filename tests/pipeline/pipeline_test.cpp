@@ -37,7 +37,7 @@ Written write_results(const Pipeline& pipeline) {
   write_trajectory(folder / "trajectory.txt", pipeline.trajectory());
   write_trajectory(folder / "keyframes.txt", pipeline.keyframe_trajectory());
   std::string lines;
-  pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) { lines = lines_ply(map); });
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) { lines = lines_ply(map); });
   return {content_of(folder / "trajectory.txt"), content_of(folder / "keyframes.txt"), lines};
 }
 
@@ -87,7 +87,7 @@ LineUse lines_of(const std::vector<RgbdFrame>& frames, const std::string& lines,
   LineUse use;
   for (const RgbdFrame& frame : frames) use.tracked += pipeline.process(frame).lines;
   pipeline.finish();
-  pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
     use.in_map = map.lines().size();
     use.ply = lines_ply(map);
   });

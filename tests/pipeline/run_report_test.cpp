@@ -47,7 +47,7 @@ struct TenFrames {
   [[nodiscard]] nlohmann::ordered_json summary() const {
     nlohmann::ordered_json json;
     const RunSetting setting{"room", "default", small_camera(), {}, 3};
-    pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
+    pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
       json = run_summary(result, setting, map, pipeline.instances(), nullptr);
     });
     return json;
@@ -114,7 +114,7 @@ TEST(TimingsCsv, HasALinePerProcessedFrameWithAsManyFieldsAsItsHeader) {
 
 TEST(RunText, NamesWhatWasSkippedWithAnExample) {
   const TenFrames run;
-  run.pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
+  run.pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
     const std::string text = run_text(run.result, map, {});
     EXPECT_THAT(text, HasSubstr("10 frames: 8 tracked, 0 lost, 2 skipped"));
     EXPECT_THAT(text, HasSubstr(fmt::format("{} points, {} lines", map.points().size(), map.lines().size())));

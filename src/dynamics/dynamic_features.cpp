@@ -1,0 +1,144 @@
+#include "dynamics/dynamic_features.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/adaptive_weights.hpp"
+
+namespace ipl_slam {
+namespace {
+
+// Who is out of sight for longer is believed no more of than of a stranger; as long as contours are
+// remembered.
+constexpr std::size_t kForgetAfter = 300;
+
+// Tukey's biweight of the residual: 1 without one, 0 from the threshold on.
+double residual_weight(double surprise, double threshold, double min_weight) {
+  const double rest = std::max(0.0, 1.0 - surprise / threshold);
+  return rest * rest < min_weight ? 0.0 : rest * rest;
+}
+
+}  // namespace
+
+DynamicFeatures::DynamicFeatures(const Camera& camera, const ScalePyramid& pyramid,
+                                 const DynamicsOptions& options, std::uint64_t seed)
+    : options_(options), points_(camera, pyramid, options.points, seed), belief_(options.belief) {}
+
+const std::vector<std::uint8_t>& DynamicFeatures::locate(std::shared_ptr<const Frame> frame,
+                                                         const std::vector<TrackedInstance>& instances) {
+  frame_ = std::move(frame);
+  instances_ = instances;
+  const std::vector<Keypoint>& keypoints = frame_->features.keypoints;
+  region_of_.assign(keypoints.size(), InstanceId{});
+  witness_.assign(keypoints.size(), 1);
+  depth_witnesses_ = 0;
+  for (std::size_t k = 0; k < keypoints.size(); ++k) {
+    for (const TrackedInstance& i : instances_) {
+      if (!covers(i.instance.mask, keypoints[k].pixel.cast<double>())) continue;
+      if (!region_of_[k].valid()) region_of_[k] = i.id;
+      // Even odds are not enough to be a witness.
+      if (belief_.of(i.id, i.instance.class_name) > -1.0) witness_[k] = 0;
+    }
+    depth_witnesses_ += witness_[k] && keypoints[k].depth > 0.0F ? 1 : 0;
+  }
+  return witness_;
+}
+
+PointMotion DynamicFeatures::point_motion(const std::optional<SE3>& T_cw) const {
+  if (!before_) {
+    const std::size_t n = frame_->features.size();
+    return {std::vector<std::uint8_t>(n, 0), std::vector<std::uint8_t>(n, 0),
+            std::vector<std::optional<double>>(n), std::vector<std::optional<double>>(n)};
+  }
+  std::optional<SE3> T_now_before;
+  if (T_cw) T_now_before = *T_cw * before_->T_cw.inverse();
+  return points_.compare(*before_->frame, *frame_, T_now_before, witness_);
+}
+
+RegionEvidence DynamicFeatures::evidence_on(InstanceId id, const PointMotion& motion,
+                                            const Verdict& contour) const {
+  RegionEvidence evidence{.contour = contour(id)};
+  for (std::size_t k = 0; k < region_of_.size(); ++k) {
+    if (region_of_[k] != id || !motion.judged[k]) continue;
+    ++evidence.points;
+    evidence.moved_points += motion.dynamic[k];
+  }
+  for (const RegionLines& lines : lines_) {
+    if (lines.region != id) continue;
+    evidence.lines = lines.lines;
+    evidence.moved_lines = lines.moved;
+  }
+  return evidence;
+}
+
+bool DynamicFeatures::dynamic(const TrackedInstance& instance, const RegionEvidence& evidence) {
+  const bool contour = evidence.contour == MotionState::kMoving;
+  if (options_.rule == "off") return false;
+  if (options_.rule == "contours") return contour;
+  if (options_.rule == "algorithm1") {
+    const auto enough = [&](int moved, int all) { return all > 0 && moved >= options_.region_share * all; };
+    const bool by_points = enough(evidence.moved_points, evidence.points);
+    const bool by_lines = options_.lines.check == "off" || enough(evidence.moved_lines, evidence.lines);
+    return contour || (by_points && by_lines);
+  }
+  const std::string& name = instance.instance.class_name;
+  const double belief = belief_.update(instance.id, frame_->index, name, evidence);
+  // With hardly anything else to go by, nobody is removed for what he is.
+  const bool enough_witnesses = depth_witnesses_ >= options_.min_witnesses;
+  return (enough_witnesses ? belief : belief - std::max(0.0, belief_.prior(name))) > 0.0;
+}
+
+FeatureWeights DynamicFeatures::decide(const std::optional<SE3>& T_cw, const Verdict& contour) {
+  const PointMotion motion = point_motion(T_cw);
+  FeatureWeights weights;
+  auto regions = std::make_shared<std::vector<Region>>();
+  for (const TrackedInstance& instance : instances_) {
+    const RegionEvidence evidence = evidence_on(instance.id, motion, contour);
+    Region region{instance.id, instance.instance.mask, dynamic(instance, evidence), evidence,
+                  belief_.of(instance.id, instance.instance.class_name)};
+    if (region.dynamic) {
+      region.mask = dilated(region.mask, options_.growth);
+      if (weights.dynamic.size().empty()) weights.dynamic = BitMask(region.mask.size());
+      weights.dynamic |= region.mask;
+    }
+    regions->push_back(std::move(region));
+  }
+  // Each keyframe is heard once; the paper's rule looks at the last one's lines until the next.
+  if (options_.rule != "algorithm1") lines_.clear();
+  belief_.forget_before(frame_->index - std::min(frame_->index, kForgetAfter));
+  weights.regions = std::move(regions);
+  weights.point_regions = region_of_;
+  weigh(motion, weights);
+  return weights;
+}
+
+void DynamicFeatures::weigh(const PointMotion& motion, FeatureWeights& weights) const {
+  const std::vector<Keypoint>& keypoints = frame_->features.keypoints;
+  weights.points.assign(keypoints.size(), 1.0);
+  std::vector<std::optional<double>> distances = motion.distance;
+  for (std::size_t k = 0; k < keypoints.size(); ++k) {
+    if (weights.in_dynamic(keypoints[k].pixel.cast<double>())) {
+      weights.points[k] = 0.0;
+      distances[k].reset();  // it is not one of the points that are weighed
+    }
+  }
+  std::vector<double> alpha(keypoints.size(), 1.0);
+  if (options_.weights == "distance") alpha = point_weights(distances, options_.min_weight);
+  if (options_.weights == "residual") {
+    for (std::size_t k = 0; k < keypoints.size(); ++k) {
+      if (motion.surprise[k])
+        alpha[k] = residual_weight(*motion.surprise[k], options_.points.threshold, options_.min_weight);
+    }
+  }
+  for (std::size_t k = 0; k < keypoints.size(); ++k) weights.points[k] *= alpha[k];
+}
+
+void DynamicFeatures::placed(const std::optional<SE3>& T_cw) {
+  if (T_cw) {
+    before_ = Placed{frame_, *T_cw};
+  } else {
+    before_.reset();
+  }
+}
+
+}  // namespace ipl_slam

@@ -1,0 +1,54 @@
+#include "dynamics/region_belief.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "segmentation/class_role.hpp"
+
+namespace ipl_slam {
+
+double RegionBelief::prior(std::string_view class_name) const {
+  if (class_name == "unknown") return options_.unknown;
+  switch (class_role(class_name)) {
+    case ClassRole::likely_mover:
+      return options_.likely_mover;
+    case ClassRole::background:
+      return options_.background;
+    case ClassRole::movable:
+      break;
+  }
+  return options_.movable;
+}
+
+// Ratio of the binomial likelihoods of a mover and of something still.
+double RegionBelief::log_likelihood(int all, int moved) const {
+  return moved * std::log(options_.moved_on_mover / options_.moved_on_still) +
+         (all - moved) * std::log((1.0 - options_.moved_on_mover) / (1.0 - options_.moved_on_still));
+}
+
+double RegionBelief::update(InstanceId id, std::size_t frame, std::string_view class_name,
+                            const RegionEvidence& evidence) {
+  Record& record = records_[id];
+  record.frame = frame;
+  const double seen = log_likelihood(evidence.points, evidence.moved_points) +
+                      log_likelihood(evidence.lines, evidence.moved_lines);
+  record.counted =
+      std::clamp(options_.memory * record.counted + std::clamp(seen, -options_.per_frame, options_.per_frame),
+                 -options_.most, options_.most);
+  const double contour = evidence.contour == MotionState::kMoving  ? options_.contour
+                         : evidence.contour == MotionState::kStill ? -options_.contour
+                                                                   : 0.0;
+  record.belief = prior(class_name) + contour + record.counted;
+  return record.belief;
+}
+
+double RegionBelief::of(InstanceId id, std::string_view class_name) const {
+  const auto record = records_.find(id);
+  return record != records_.end() ? record->second.belief : prior(class_name);
+}
+
+void RegionBelief::forget_before(std::size_t frame) {
+  std::erase_if(records_, [&](const auto& entry) { return entry.second.frame < frame; });
+}
+
+}  // namespace ipl_slam
