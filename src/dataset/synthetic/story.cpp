@@ -24,8 +24,8 @@ const std::array<Place, kStagePlaces> kPlaces = {Place{{1.20, -0.36}, {1.3, 2.2}
 constexpr double kBetweenEntries = 0.8;  // s
 
 // A ring so narrow and near that four people on it hide most of what is behind them.
-constexpr double kRingAhead = 1.35;
-constexpr double kRingRadius = 0.45;
+constexpr double kRingAhead = 1.22;
+constexpr double kRingRadius = 0.42;
 constexpr double kRingStep = 0.1;  // radians
 
 constexpr double kBoxAhead = 1.45;
