@@ -221,7 +221,8 @@ void segment_sequence(const SegmentOptions& options, const Config& config) {
   const Camera camera = options.sequence.load_camera();
   PrefetchingSource source(
       std::make_unique<TumDataset>(options.sequence.folder, camera, options.sequence.dataset_options()));
-  const std::unique_ptr<Segmenter> segmenter = make_segmenter(config.segmentation, camera);
+  const std::unique_ptr<Segmenter> segmenter =
+      make_segmenter(config.segmentation, camera, config.schedule.seed);
   if (!segmenter) throw UserError("--segmenter none leaves nothing to do; choose yolo, masks or geometric");
   InstanceTracker tracker(camera, config.instances, config.mask_carrier);
   std::optional<Judge> judge;

@@ -22,6 +22,12 @@ namespace ipl_slam {
   return mix64(a + 0x9e3779b97f4a7c15ULL * (b + 1));
 }
 
+/// The numbers a stage draws from, under the seed of the run: with another seed all of them draw others. Seed
+/// 0 leaves `own`, what the stage takes by itself, as it is.
+[[nodiscard]] constexpr std::uint64_t seeded(std::uint64_t own, std::uint64_t seed) {
+  return own ^ mix64(seed);
+}
+
 /// Turns 64 random bits into a number in [0, 1).
 [[nodiscard]] constexpr double unit_from_bits(std::uint64_t bits) {
   return static_cast<double>(bits >> 11) * 0x1.0p-53;

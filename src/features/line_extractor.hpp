@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include <opencv2/core.hpp>
 
 #include "common/options.hpp"
@@ -29,8 +31,9 @@ struct LineOptions {
 /// Lines of a keyframe: detect, describe, measure their depth. One instance per thread.
 class LineExtractor {
  public:
+  /// Every random choice depends on `seed`.
   LineExtractor(LineMethod method, const LineOptions& options, const Camera& camera,
-                const DepthNoiseOptions& noise);
+                const DepthNoiseOptions& noise, std::uint64_t seed = 0);
 
   /// `grey` is CV_8UC1, `depth` CV_16UC1 in raw units or empty for none; both of the camera's size.
   [[nodiscard]] LineFeatures extract(const cv::Mat& grey, const cv::Mat& depth);
@@ -39,6 +42,7 @@ class LineExtractor {
   Camera camera_;
   DepthNoiseOptions noise_;
   LineOptions options_;
+  std::uint64_t seed_;
   LineDetector detector_;
 };
 

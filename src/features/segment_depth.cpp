@@ -22,7 +22,7 @@ constexpr std::uint32_t kMinInliers = 6;  // two fix the line, the others can te
 constexpr int kReach = 3;
 constexpr double kMinBaseline = 0.15;  // of two samples that start a fit; nearer ones give any slope
 constexpr int kMaxDraws = 40;          // 99 % sure to hit when a third of the samples agree
-constexpr std::uint64_t kSeed = 1;     // the draws depend on the data alone
+constexpr std::uint64_t kSeed = 1;     // the draws of every segment are the same
 
 struct Sample {
   double t;        // position along the undistorted segment, 0 at its start, 1 at its end
@@ -150,7 +150,8 @@ double span_of(std::span<const Sample> samples, std::span<const std::uint32_t> i
 }  // namespace
 
 SegmentDepth segment_depth(const cv::Mat& depth, const LineSegment& segment, const Camera& camera,
-                           const DepthNoiseOptions& noise, const SegmentDepthOptions& options) {
+                           const DepthNoiseOptions& noise, const SegmentDepthOptions& options,
+                           std::uint64_t seed) {
   CV_Assert(depth.empty() || depth.type() == CV_16UC1);
   const SegmentSampler sampler(depth, segment, camera, noise.max_depth, options.edge_gap);
   const int drawn = std::min(kMaxSamples, static_cast<int>(sampler.length() / kSpacing) + 1);
@@ -169,7 +170,7 @@ SegmentDepth segment_depth(const cv::Mat& depth, const LineSegment& segment, con
       .max_iterations = kMaxDraws,
       .min_inliers = std::max<int>(kMinInliers, static_cast<int>(std::ceil(options.min_support * drawn)))};
   if (static_cast<int>(valid) < ransac_options.min_inliers) return {};
-  Random random(kSeed);
+  Random random(seeded(kSeed, seed));
   const auto found = ransac(line, ransac_options, random);
   if (!found || span_of(samples, found->inliers) < options.min_span) return {};
   const auto model = line.fit(found->inliers);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,6 +22,7 @@ namespace ipl_slam {
 
 struct ScheduleOptions {
   std::string mode = "lockstep";
+  std::uint64_t seed = 0;
   int threads = 1;
   int frame_queue = 2;
   int keyframe_queue = 3;
@@ -31,6 +33,7 @@ struct ScheduleOptions {
         "mode", mode, {"lockstep", "realtime"},
         "lockstep: stages in fixed order, same input gives the same bytes; realtime: segmentation, contour "
         "window, line extraction and mapping on threads of their own");
+    v.number("seed", seed, {0, 9007199254740992.0, "", "every random choice depends on it"});
     v.number("threads", threads,
              {1, 64, "count", "threads inside a stage; the result does not depend on it"});
     v.number("frame_queue", frame_queue,
@@ -43,12 +46,18 @@ struct ScheduleOptions {
 
 struct FeatureOptions {
   std::string lines = "edges";
+  double noise = 0.0;
 
   template <class Visitor>
   void visit(Visitor& v) {
     v.choice("lines", lines, {"off", "lsd", "edges"},
              "lines beside points, and how they are found in keyframes: lsd = line segment detector, edges = "
              "our own");
+    v.number(
+        "noise", noise,
+        {0.0, 50.0, "grey values",
+         "for tests: standard deviation of noise added to the image before features are taken, another with "
+         "every schedule.seed"});
   }
 };
 

@@ -76,7 +76,7 @@ class LockstepInstances final : public InstanceSchedule {
 }  // namespace
 
 std::unique_ptr<InstanceSchedule> make_instance_schedule(const Camera& camera, const Config& config) {
-  std::unique_ptr<Segmenter> segmenter = make_segmenter(config.segmentation, camera);
+  std::unique_ptr<Segmenter> segmenter = make_segmenter(config.segmentation, camera, config.schedule.seed);
   if (!segmenter) return std::make_unique<NoInstances>();
   if (config.schedule.mode == "realtime") {
     return make_realtime_instances(std::move(segmenter), camera, config);

@@ -19,7 +19,7 @@ ScalePyramid pyramid_of(const Config& config) {
 std::optional<LineExtractor> make_line_extractor(const Camera& camera, const Config& config) {
   const std::optional<LineMethod> method = line_method(config.features);
   if (!method) return std::nullopt;
-  return LineExtractor(*method, config.lines, camera, config.depth);
+  return LineExtractor(*method, config.lines, camera, config.depth, config.schedule.seed);
 }
 
 cv::Mat to_grey(const cv::Mat& color) {
@@ -47,11 +47,13 @@ std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config
 Pipeline::Pipeline(const Camera& camera, const Config& config)
     : camera_(camera),
       threads_(config.schedule.threads),
+      noise_(config.features.noise, config.schedule.seed),
       extractor_(config.orb, camera, config.depth, &threads_),
       first_lines_(make_line_extractor(camera, config)),
       instances_(make_instance_schedule(camera, config)),
-      dynamics_(camera, pyramid_of(config), config.dynamics),
-      tracker_(camera, pyramid_of(config), config.depth, config.tracking, config.lines.depth),
+      dynamics_(camera, pyramid_of(config), config.dynamics, config.schedule.seed),
+      tracker_(camera, pyramid_of(config), config.depth, config.tracking, config.lines.depth,
+               config.schedule.seed),
       policy_(config.keyframes),
       mapping_(make_mapping(camera, config)),
       last_timestamp_(-std::numeric_limits<double>::infinity()) {}
@@ -64,7 +66,7 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   FrameResult result;
   Stopwatch stopwatch;
 
-  const cv::Mat grey = to_grey(image.color);
+  const cv::Mat grey = noise_.add(to_grey(image.color), image.index);
   Features features = extractor_.extract(grey, image.depth);
   FeatureGrid grid(features);
   const auto frame = std::make_shared<const Frame>(

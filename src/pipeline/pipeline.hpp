@@ -8,6 +8,7 @@
 #include "dataset/rgbd_frame.hpp"
 #include "dataset/trajectory.hpp"
 #include "dynamics/dynamic_features.hpp"
+#include "features/image_noise.hpp"
 #include "features/orb_extractor.hpp"
 #include "mapping/keyframe_policy.hpp"
 #include "pipeline/config.hpp"
@@ -75,6 +76,7 @@ class Pipeline {
 
   Camera camera_;
   ThreadPool threads_;
+  ImageNoise noise_;
   OrbExtractor extractor_;
   std::optional<LineExtractor> first_lines_;  // of the frame that starts the map; none without lines
   std::unique_ptr<InstanceSchedule> instances_;

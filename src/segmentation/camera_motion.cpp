@@ -73,8 +73,8 @@ class PixelEstimator {
 
 }  // namespace
 
-CameraMotion::CameraMotion(const Camera& camera, const CameraMotionOptions& options)
-    : camera_(camera), options_(options) {
+CameraMotion::CameraMotion(const Camera& camera, const CameraMotionOptions& options, std::uint64_t seed)
+    : camera_(camera), options_(options), seed_(seed) {
   reduced_size_.width = std::min(options.image_width, camera.width);
   scale_ = static_cast<double>(camera.width) / reduced_size_.width;
   reduced_size_.height = std::max(1, static_cast<int>(std::lround(camera.height / scale_)));
@@ -200,7 +200,7 @@ std::optional<SE3> CameraMotion::sampled_pose(const std::vector<Observation>& se
   RansacOptions ransac_options;
   ransac_options.threshold = kSampleOutlier * options_.pixel_sigma;
   ransac_options.max_iterations = kSamples;
-  Random random(frames_);
+  Random random(seeded(frames_, seed_));
   const auto result =
       ransac(PixelEstimator(camera_, std::move(points_w), std::move(points_c)), ransac_options, random);
   if (!result) return std::nullopt;

@@ -43,7 +43,8 @@ struct CameraMotionOptions {
 /// count the more the longer they have stayed put, so newcomers cannot outvote what has proved to be static.
 class CameraMotion {
  public:
-  CameraMotion(const Camera& camera, const CameraMotionOptions& options);
+  /// Its samples depend on the number of the frame and on `seed`.
+  CameraMotion(const Camera& camera, const CameraMotionOptions& options, std::uint64_t seed = 0);
 
   /// T_wc of the frame; the world is the camera frame of the first frame since the start or since the camera
   /// was lost. Nothing if it is lost now: then the next frame starts a new world. grey: CV_8UC1 of full size.
@@ -72,6 +73,7 @@ class CameraMotion {
 
   Camera camera_;
   CameraMotionOptions options_;
+  std::uint64_t seed_;
   double scale_;  // full pixels per reduced pixel
   cv::Size reduced_size_;
 

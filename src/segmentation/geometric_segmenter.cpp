@@ -38,10 +38,11 @@ void check_frame(const RgbdFrame& frame, cv::Size size) {
 
 }  // namespace
 
-GeometricSegmenter::GeometricSegmenter(const Camera& camera, const GeometricOptions& options)
+GeometricSegmenter::GeometricSegmenter(const Camera& camera, const GeometricOptions& options,
+                                       std::uint64_t seed)
     : options_(checked(options)),
       grid_(checked(camera), options.grid_width),
-      camera_motion_(camera, options.camera_motion),
+      camera_motion_(camera, options.camera_motion, seed),
       free_space_(grid_, options.free_space),
       belief_(grid_, options.belief) {}
 

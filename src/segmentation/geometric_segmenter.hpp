@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,8 +42,9 @@ struct GeometricOptions {
 /// saw it come are forgotten.
 class GeometricSegmenter : public Segmenter {
  public:
-  /// Throws UserError for a camera or options that cannot be.
-  explicit GeometricSegmenter(const Camera& camera, const GeometricOptions& options = {});
+  /// Every random choice depends on `seed`. Throws UserError for a camera or options that cannot be.
+  explicit GeometricSegmenter(const Camera& camera, const GeometricOptions& options = {},
+                              std::uint64_t seed = 0);
 
   /// Instances of class "unknown"; score: mean belief, scaled to 0 to 1. Nothing in the first frames, and
   /// while the camera's motion is not known. Throws std::invalid_argument for images that are not of the

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -15,6 +16,7 @@ namespace ipl_slam {
 struct SegmentationOptions {
   std::string segmenter = "auto";
   int every = 1;
+  double miss_rate = 0.0;
   YoloOptions yolo;
   MaskFolderOptions masks;
   GeometricOptions geometric;
@@ -29,6 +31,11 @@ struct SegmentationOptions {
              {1, 1000, "frames",
               "lockstep: every so many frames are segmented, the masks are carried over those between; in "
               "realtime the segmenter takes the newest frame whenever it is ready"});
+    v.number(
+        "miss_rate", miss_rate,
+        {0.0, 1.0, "share",
+         "for tests: this share of the detections is forgotten at random, as if the segmenter had missed "
+         "them"});
     v.section("yolo", yolo, "a YOLOv8-seg or YOLO11-seg network");
     v.section("masks", masks, "masks made beforehand");
     v.section("geometric", geometric, "what does not move with the camera, by depth; needs no network");
@@ -37,8 +44,9 @@ struct SegmentationOptions {
 
 /// The segmenter that "auto" stands for, or the one that is named.
 [[nodiscard]] std::string chosen_segmenter(const SegmentationOptions& options);
-/// Null for "none". Throws UserError as the segmenters' constructors do.
+/// Null for "none". Every random choice depends on `seed`. Throws UserError as the segmenters' constructors
+/// do.
 [[nodiscard]] std::unique_ptr<Segmenter> make_segmenter(const SegmentationOptions& options,
-                                                        const Camera& camera);
+                                                        const Camera& camera, std::uint64_t seed = 0);
 
 }  // namespace ipl_slam

@@ -6,11 +6,13 @@
 namespace ipl_slam {
 
 LineTracker::LineTracker(const Camera& camera, const LineTrackerOptions& options,
-                         const DepthNoiseOptions& noise, const SegmentDepthOptions& depth_options)
+                         const DepthNoiseOptions& noise, const SegmentDepthOptions& depth_options,
+                         std::uint64_t seed)
     : camera_(camera),
       options_(options),
       noise_(noise),
       depth_options_(depth_options),
+      seed_(seed),
       visibility_(camera),
       search_(camera, options.search) {}
 
@@ -53,7 +55,7 @@ void LineTracker::measure_depth(const cv::Mat& depth, LineSights& sights) const 
     segment.end = sight.at.end.cast<float>();
     segment.start_pixel = camera_.distort(sight.at.start).cast<float>();
     segment.end_pixel = camera_.distort(sight.at.end).cast<float>();
-    sight.depth = segment_depth(depth, segment, camera_, noise_, depth_options_);
+    sight.depth = segment_depth(depth, segment, camera_, noise_, depth_options_, seed_);
   }
 }
 

@@ -58,7 +58,7 @@ struct LineSights {
 class LineTracker {
  public:
   LineTracker(const Camera& camera, const LineTrackerOptions& options, const DepthNoiseOptions& noise = {},
-              const SegmentDepthOptions& depth_options = {});
+              const SegmentDepthOptions& depth_options = {}, std::uint64_t seed = 0);
 
   /// Looks for the lines that T_cw lets expect, `radius` pixels to either side. `grey` is CV_8UC1 as it
   /// comes; nothing is found where it is empty.
@@ -75,6 +75,7 @@ class LineTracker {
   LineTrackerOptions options_;
   DepthNoiseOptions noise_;
   SegmentDepthOptions depth_options_;
+  std::uint64_t seed_;
   LineVisibility visibility_;
   LineSearch search_;
 };

@@ -52,8 +52,9 @@ class MotionEstimator {
 
 }  // namespace
 
-Relocalizer::Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options)
-    : camera_(camera), pyramid_(pyramid), options_(options) {}
+Relocalizer::Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options,
+                         std::uint64_t seed)
+    : camera_(camera), pyramid_(pyramid), options_(options), seed_(seed) {}
 
 std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const Frame& earlier, const SE3& T_earlier_w,
                                           std::span<const std::uint8_t> removed) const {
@@ -69,7 +70,7 @@ std::optional<SE3> Relocalizer::find_pose(const Frame& frame, const Frame& earli
   ransac_options.threshold = options_.ransac_threshold;
   ransac_options.max_iterations = options_.ransac_iterations;
   ransac_options.min_inliers = options_.min_matches;
-  Random random(hash64(frame.index, earlier.index));
+  Random random(seeded(hash64(frame.index, earlier.index), seed_));
   const auto result = ransac(estimator, ransac_options, random);
   if (!result) return std::nullopt;
   return result->model * T_earlier_w;

@@ -34,7 +34,9 @@ struct RelocalizerOptions {
 /// then the rigid motion (RANSAC) between the points that both depth images show.
 class Relocalizer {
  public:
-  Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options);
+  /// Its samples depend on the two frames' indices and on `seed`.
+  Relocalizer(const Camera& camera, const ScalePyramid& pyramid, const RelocalizerOptions& options,
+              std::uint64_t seed = 0);
 
   /// T_cw of the frame, or nothing. Rough: it may rest on a few points' measured depth. `removed`, if not
   /// empty, has one entry per keypoint of the frame; those not 0 are not used.
@@ -45,6 +47,7 @@ class Relocalizer {
   Camera camera_;
   ScalePyramid pyramid_;
   RelocalizerOptions options_;
+  std::uint64_t seed_;
 };
 
 }  // namespace ipl_slam

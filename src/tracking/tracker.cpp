@@ -33,14 +33,14 @@ double largest_deviation(const Matrix6d& information) {
 }  // namespace
 
 Tracker::Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
-                 const TrackerOptions& options, const SegmentDepthOptions& line_depth)
+                 const TrackerOptions& options, const SegmentDepthOptions& line_depth, std::uint64_t seed)
     : camera_(camera),
       pyramid_(pyramid),
       options_(options),
       optimizer_(camera, noise, options.pose),
       visibility_(camera, pyramid),
-      line_tracker_(camera, options.lines, noise, line_depth),
-      relocalizer_(camera, pyramid, options.relocalizer) {}
+      line_tracker_(camera, options.lines, noise, line_depth, seed),
+      relocalizer_(camera, pyramid, options.relocalizer, seed) {}
 
 std::optional<SE3> Tracker::first_pose(const Frame& frame, std::shared_ptr<const LocalMap> map,
                                        std::span<const std::uint8_t> witness) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -84,8 +85,9 @@ struct TrackerOptions {
 /// and lines, optimise.
 class Tracker {
  public:
+  /// Every random choice depends on `seed` as well.
   Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
-          const TrackerOptions& options, const SegmentDepthOptions& line_depth = {});
+          const TrackerOptions& options, const SegmentDepthOptions& line_depth = {}, std::uint64_t seed = 0);
 
   /// A first pose (T_cw) for the frame that track() is to place, from the last frame's points alone, those
   /// that `witness` (1 or 0 per keypoint) names. Nothing without a map, when lost, or when too few points

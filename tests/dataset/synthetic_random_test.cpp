@@ -23,6 +23,15 @@ TEST(Random, GivesTheSameNumbersForTheSameSeedAndOthersForAnother) {
   EXPECT_EQ(equal, 0);
 }
 
+TEST(Random, TheSeedOfTheRunChangesEveryStreamAndZeroNone) {
+  for (std::uint64_t own = 0; own < 100; ++own) {
+    EXPECT_EQ(seeded(own, 0), own);
+    EXPECT_NE(seeded(own, 1), own);
+    EXPECT_NE(seeded(own, 1), seeded(own, 2));
+    EXPECT_NE(seeded(own, 1), seeded(own + 1, 1));
+  }
+}
+
 TEST(Random, UniformIntegersReachBothEndsEquallyOften) {
   Random random(1);
   std::vector<int> count(7, 0);

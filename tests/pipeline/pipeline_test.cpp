@@ -72,6 +72,23 @@ TEST(Lockstep, GivesTheSameBytesAgainAndWithAnyNumberOfThreads) {
   }
 }
 
+TEST(Lockstep, IsAsRandomAsTheSeedAndTheNoiseSay) {
+  const std::vector<RgbdFrame> frames = render_all(small_room(20));
+  const auto trajectory = [&](std::uint64_t seed, double noise) {
+    Config config;
+    config.schedule.seed = seed;
+    config.features.noise = noise;
+    Pipeline pipeline(small_camera(), config);
+    for (const RgbdFrame& frame : frames) (void)pipeline.process(frame);
+    EXPECT_EQ(pipeline.trajectory().size(), frames.size()) << "tracks through it";
+    return write_results(pipeline).trajectory;
+  };
+  const std::string noisy = trajectory(1, 2.0);
+  EXPECT_EQ(noisy, trajectory(1, 2.0)) << "the same seed";
+  EXPECT_NE(noisy, trajectory(2, 2.0)) << "another seed";
+  EXPECT_NE(noisy, trajectory(1, 0.0)) << "no noise";
+}
+
 /// What became of lines in a run over `frames`.
 struct LineUse {
   std::size_t in_map = 0;

@@ -114,5 +114,27 @@ TEST(Relocalizer, GivesTheSameBitsEveryTime) {
   EXPECT_EQ(first->rotation().coeffs(), second->rotation().coeffs());
 }
 
+TEST(Relocalizer, DrawsOtherSamplesWithAnotherSeed) {
+  const SyntheticWorld world;
+  const auto map = map_of(world);
+  const View view =
+      world.look(kTrue, 50, {.pixel_noise = 1.0, .inverse_depth_noise = 0.01, .clutter_share = 0.5});
+  const LocalKeyframe& keyframe = map->keyframes.front();
+  const auto pose = [&](std::uint64_t seed) {
+    return Relocalizer(kTestCamera, kTestPyramid, {}, seed)
+        .find_pose(*view.frame, *keyframe.frame, keyframe.T_cw);
+  };
+  const auto base = pose(0), again = pose(0);
+  ASSERT_TRUE(base && again);
+  EXPECT_EQ(pose_difference(*base, *again), 0.0);
+  int different = 0;  // two seeds may agree on the inliers, and so on the pose
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const auto other = pose(seed);
+    ASSERT_TRUE(other) << seed;
+    different += pose_difference(*base, *other) > 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(different, 0);
+}
+
 }  // namespace
 }  // namespace ipl_slam
