@@ -9,6 +9,7 @@
 
 #include <ipl_slam/error.hpp>
 
+#include "bench_tum.hpp"
 #include "common/stopwatch.hpp"
 #include "dataset/tum_dataset.hpp"
 #include "pipeline/pipeline.hpp"
@@ -82,13 +83,14 @@ void bench_tracking(const SequenceOptions& options) {
 }  // namespace
 
 void add_bench_verb(CLI::App& app) {
-  auto* verb = app.add_subcommand("bench", "Measure speed on a sequence");
+  auto* verb = app.add_subcommand("bench", "Measure accuracy and speed");
   verb->require_subcommand(1);
   auto* tracking =
       verb->add_subcommand("tracking", "Time per tracked frame, beside OpenCV's ORB on the same frames");
   auto options = std::make_shared<SequenceOptions>();
   options->add_to(*tracking);
   tracking->callback([options] { bench_tracking(*options); });
+  add_bench_tum(*verb);
 }
 
 }  // namespace ipl_slam::cli

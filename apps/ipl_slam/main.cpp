@@ -99,7 +99,10 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
 int report(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
   std::string command = "ipl_slam";
-  for (const CLI::App* verb : app.get_subcommands()) command += ' ' + verb->get_name();
+  for (const CLI::App* level = &app; !level->get_subcommands().empty();) {
+    level = level->get_subcommands().front();
+    command += ' ' + level->get_name();
+  }
   std::string message =
       app.get_subcommands().empty() && dynamic_cast<const CLI::RequiredError*>(&error) != nullptr
           ? fmt::format("no verb given; verbs: {}", fmt::join(verb_names(app), ", "))

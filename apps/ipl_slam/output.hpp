@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -13,6 +14,9 @@ namespace ipl_slam::cli {
 /// Readable JSON, ending in a newline. Bytes that are no UTF-8, as a file's name may hold, are replaced:
 /// the figures beside them must not be lost.
 [[nodiscard]] std::string json_text(const nlohmann::ordered_json& json);
+
+/// Makes a folder for results, with those above it; whether it was not there before. Throws UserError.
+bool make_folder(const std::filesystem::path& folder);
 
 /// The remark on lines of a trajectory file that could not be used.
 [[nodiscard]] std::string rejected_lines(const std::string& file, std::size_t count);

@@ -9,7 +9,6 @@
 #include "common/interrupt.hpp"
 #include "common/log.hpp"
 #include "common/progress.hpp"
-#include "dataset/prefetching_source.hpp"
 #include "dataset/trajectory.hpp"
 #include "evaluation/report.hpp"
 #include "evaluation/trajectory_plot.hpp"
@@ -20,10 +19,10 @@
 #include "pipeline/instance_overlay.hpp"
 #include "pipeline/lines_ply.hpp"
 #include "pipeline/map_view.hpp"
-#include "pipeline/realtime_source.hpp"
 #include "pipeline/run_report.hpp"
 #include "pipeline/sequence_run.hpp"
 #include "segmenter_choice.hpp"
+#include "sequence_input.hpp"
 #include "sequence_options.hpp"
 #include "verbs.hpp"
 
@@ -45,12 +44,7 @@ struct RunOptions {
 class OutputFolder {
  public:
   explicit OutputFolder(fs::path folder) : folder_(std::move(folder)) {
-    std::error_code error;
-    created_ = fs::create_directories(folder_, error);
-    if (error) {
-      throw UserError(fmt::format("cannot create the output folder '{}': {}; choose another with -o",
-                                  folder_.string(), error.message()));
-    }
+    created_ = make_folder(folder_);
     const fs::path probe = folder_ / "summary.json";
     if (fs::exists(probe)) return;
     write_file_atomically(probe, "{}\n");
@@ -90,8 +84,9 @@ SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_
   hooks.frame_done = [&](const RgbdFrame& frame) {
     if (!overlays) return;
     const auto verdict = [&](InstanceId id) { return pipeline.instances().verdict(id); };
-    cv::Mat picture = draw_instances(frame.color, pipeline.last_instances(), verdict);
-    draw_features(picture, pipeline.last_tracked(), pipeline.camera());
+    const FeatureWeights weights;
+    cv::Mat picture = draw_instances(frame.color, pipeline.last_instances(), verdict, weights);
+    draw_features(picture, pipeline.last_tracked(), weights, pipeline.camera());
     overlays->add(frame.timestamp, ".jpg", picture);
   };
   hooks.item_taken = [&](const SequenceRun& run) {
@@ -122,32 +117,6 @@ void judge(const SequenceRun& result, const RunOptions& options, const Config& c
   } else if (const std::size_t lost = result.count(TrackingState::kLost); 10 * lost > result.frames.size()) {
     log().warn("{} of {} frames were lost; the trajectory and its errors say nothing of them", lost,
                result.frames.size());
-  }
-}
-
-// Compares with groundtruth.txt, if there is one.
-std::optional<Evaluation> evaluate_run(const std::optional<Trajectory>& truth, const Trajectory& trajectory) {
-  if (!truth || trajectory.empty()) return std::nullopt;
-  try {
-    return evaluate(*truth, trajectory, "run");
-  } catch (const UserError& error) {
-    // The run itself is good; only its accuracy stays unknown.
-    log().warn("no evaluation: {}", error.what());
-    return std::nullopt;
-  }
-}
-
-// The ground truth of a sequence. Without a usable one the run is as good; only its accuracy stays unknown.
-std::optional<Trajectory> read_ground_truth(const std::optional<fs::path>& file) {
-  if (!file) return std::nullopt;
-  try {
-    std::size_t rejected = 0;
-    Trajectory truth = read_trajectory(*file, &rejected);
-    if (rejected > 0) log().warn("{}", rejected_lines(file->string(), rejected));
-    return truth;
-  } catch (const UserError& error) {
-    log().warn("no evaluation: {}", error.what());
-    return std::nullopt;
   }
 }
 
@@ -195,14 +164,10 @@ void run(const RunOptions& options) {
     fmt::print("{} color images have no depth image within {} s and are left out\n", setting.unpaired_color,
                options.sequence.dataset.max_difference);
   }
-  const std::optional<Trajectory> truth = read_ground_truth(dataset->ground_truth());
+  const std::optional<Trajectory> truth = read_ground_truth(*dataset);
   install_interrupt_handler();
 
-  std::unique_ptr<RgbdSource> source = std::make_unique<PrefetchingSource>(std::move(dataset));
-  if (options.realtime) {
-    source = std::make_unique<RealtimeSource>(
-        std::move(source), static_cast<std::size_t>(config.schedule.frame_queue), interrupted);
-  }
+  const std::unique_ptr<RgbdSource> source = open_source(std::move(dataset), config, options.realtime);
   Pipeline pipeline(camera, config);  // before the output folder: it may find that there is no such model
   const OutputFolder output(options.output);
   std::optional<FrameFolder> overlays;

@@ -37,7 +37,7 @@ void SegmenterChoice::add_to(CLI::App& verb) {
       ->excludes(model_option);
 }
 
-void SegmenterChoice::apply(Config& config) const {
+std::string SegmenterChoice::resolve(Config& config) const {
   SegmentationOptions& options = config.segmentation;
   if (!segmenter.empty()) options.segmenter = segmenter;
   for (const auto& [file, name, target] :
@@ -56,12 +56,15 @@ void SegmenterChoice::apply(Config& config) const {
   const bool from_variable = variable != nullptr && may_be_yolo && options.yolo.model.empty();
   if (from_variable) options.yolo.model = variable;
   options.segmenter = chosen_segmenter(options);
-  if (!says_remarks()) return;
-  std::string with;
   if (options.segmenter == "yolo")
-    with = " (" + options.yolo.model + (from_variable ? ", from IPL_SLAM_MODEL)" : ")");
-  if (options.segmenter == "masks") with = " (" + options.masks.folder + ")";
-  fmt::print("segmenter: {}{}\n", options.segmenter, with);
+    return fmt::format("yolo ({}{})", options.yolo.model, from_variable ? ", from IPL_SLAM_MODEL" : "");
+  if (options.segmenter == "masks") return fmt::format("masks ({})", options.masks.folder);
+  return options.segmenter;
+}
+
+void SegmenterChoice::apply(Config& config) const {
+  const std::string chosen = resolve(config);
+  if (says_remarks()) fmt::print("segmenter: {}\n", chosen);
 }
 
 }  // namespace ipl_slam::cli

@@ -16,7 +16,10 @@ struct SegmenterChoice {
 
   void add_to(CLI::App& verb);
   /// Puts the choice, and the model named by the environment variable IPL_SLAM_MODEL where none is, into the
-  /// settings. "auto" is resolved. Throws UserError where the options contradict each other.
+  /// settings. "auto" is resolved. Returns what was chosen, for people. Throws UserError where the options
+  /// contradict each other.
+  std::string resolve(Config& config) const;
+  /// The same, and prints it.
   void apply(Config& config) const;
 };
 

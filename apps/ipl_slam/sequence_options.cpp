@@ -23,6 +23,13 @@ void SequenceOptions::add_to(CLI::App& verb, const std::string& folder_meaning) 
                   "Settings to start from: default (what measured best) or paper (what the paper says)")
       ->type_name("NAME")
       ->capture_default_str();
+  add_settings_to(verb);
+  verb.add_option("--associations", dataset.associations,
+                  "File with ready color-depth pairs, in the sequence's folder or elsewhere")
+      ->type_name("FILE");
+}
+
+void SequenceOptions::add_settings_to(CLI::App& verb) {
   verb.add_option("--config", config_file, "YAML file with settings that differ (see 'ipl_slam config')")
       ->type_name("FILE");
   verb.add_option("--set", settings,
@@ -30,9 +37,6 @@ void SequenceOptions::add_to(CLI::App& verb, const std::string& folder_meaning) 
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  verb.add_option("--associations", dataset.associations,
-                  "File with ready color-depth pairs, in the sequence's folder or elsewhere")
-      ->type_name("FILE");
   verb.add_option("--max-frames", max_frames, "Stop after this many frames; 0 = all")
       ->type_name("N")
       ->check(CLI::Range(0, 1000000000))

@@ -11,7 +11,9 @@ bool is_known(const std::optional<double>& distance) {
   return distance && std::isfinite(*distance) && *distance >= 0.0;
 }
 
-double drop_small(double weight, double min_weight) { return weight < min_weight ? 0.0 : weight; }
+double drop_small(double weight, double min_weight) {
+  return weight < min_weight ? 0.0 : weight;
+}
 
 }  // namespace
 

@@ -8,9 +8,9 @@ namespace ipl_slam {
 
 /// alpha_p = (d_max - d) / (d_max - d_min), in [0, 1] (paper, section 3.5): `distances` are those between the
 /// two 3-D points of each match with the camera's motion removed, metres; nothing = no match or no valid
-/// depth, a value that is negative or not finite counts likewise. d_max and d_min are those of the known distances. A
-/// weight below `min_weight` is 0: dropped. A point whose distance is not known has weight 1, and so have all
-/// where d_max = d_min: nothing speaks against them.
+/// depth, a value that is negative or not finite counts likewise. d_max and d_min are those of the known
+/// distances. A weight below `min_weight` is 0: dropped. A point whose distance is not known has weight 1,
+/// and so have all where d_max = d_min: nothing speaks against them.
 [[nodiscard]] std::vector<double> point_weights(std::span<const std::optional<double>> distances,
                                                 double min_weight);
 

@@ -35,7 +35,9 @@ constexpr int kHomographySamples = 50;
 
 using Indices = std::span<const std::uint32_t>;
 
-bool is_pixel(const Eigen::Vector2d& p) { return p.allFinite() && p.cwiseAbs().maxCoeff() < kLargestPixel; }
+bool is_pixel(const Eigen::Vector2d& p) {
+  return p.allFinite() && p.cwiseAbs().maxCoeff() < kLargestPixel;
+}
 
 // The right null vector of a matrix with one row less than columns, handed over transposed.
 template <int kColumns>
@@ -167,8 +169,7 @@ class HomographyEstimator {
     const Eigen::Vector3d mapped = H * pairs_[i].before.homogeneous();
     const Eigen::Vector2d image = mapped.hnormalized(), e = pairs_[i].now - image;
     // Both points are measured: the covariance of e is that of the one now plus that of the other, carried.
-    const Eigen::Matrix2d A =
-        (H.topLeftCorner<2, 2>() - image * H.bottomLeftCorner<1, 2>()) / mapped.z();
+    const Eigen::Matrix2d A = (H.topLeftCorner<2, 2>() - image * H.bottomLeftCorner<1, 2>()) / mapped.z();
     const Eigen::Matrix2d covariance = A * A.transpose() + Eigen::Matrix2d::Identity();
     return e.dot(covariance.inverse() * e);
   }
@@ -206,7 +207,7 @@ class HomographyEstimator {
 
 /// Standard deviation of the points across the line that fits them best; the smaller one of both frames.
 double thinnest_spread(std::span<const PixelPair> pairs, Indices indices) {
-  const auto across = [&](const Eigen::Vector2d PixelPair::* pixel) {
+  const auto across = [&](const Eigen::Vector2d PixelPair::*pixel) {
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     for (const std::uint32_t i : indices) mean += pairs[i].*pixel;
     mean /= static_cast<double>(indices.size());
@@ -241,17 +242,22 @@ double gric(const Estimator& estimator, const typename Estimator::Model& model, 
   return sum + relation.dimension * n * std::log(4.0) + relation.parameters * std::log(4.0 * n);
 }
 
+/// Noise of a coordinate, from what F leaves of all pairs, half of which may be wrong: the median's scale
+/// estimate with its correction for few data (Rousseeuw and Leroy, "Robust regression and outlier detection",
+/// 1987). The inliers alone would not do: the threshold has cut off the larger errors.
+double noise(const FundamentalEstimator& fundamental, const Eigen::Matrix3d& F) {
+  std::vector<double> squares(fundamental.size());
+  for (std::uint32_t i = 0; i < squares.size(); ++i) squares[i] = fundamental.squared_error(F, i);
+  const double spare = static_cast<double>(squares.size()) - kFundamental.parameters;
+  return kDeviationPerMedian * (1.0 + 5.0 / spare) * std::sqrt(median(squares));
+}
+
 /// Whether a homography explains the pairs that agree with F as well as F does. `sigma`: noise of a
 /// coordinate that is to be allowed for at least.
 bool is_homography(std::span<const PixelPair> pairs, const RansacResult<Eigen::Matrix3d>& found, double sigma,
                    Random& random) {
   const FundamentalEstimator fundamental(pairs);
-  std::vector<double> errors;
-  for (const std::uint32_t i : found.inliers) {
-    errors.push_back(std::sqrt(fundamental.squared_error(found.model, i)));
-  }
-  sigma = std::max(sigma, kDeviationPerMedian * median(errors));
-
+  sigma = std::max(sigma, noise(fundamental, found.model));
   std::vector<PixelPair> agreeing;
   std::vector<std::uint32_t> all;
   for (const std::uint32_t i : found.inliers) {
@@ -259,9 +265,9 @@ bool is_homography(std::span<const PixelPair> pairs, const RansacResult<Eigen::M
     agreeing.push_back(pairs[i]);
   }
   const HomographyEstimator homography(agreeing);
-  const auto best = ransac(
-      homography,
-      {.threshold = std::sqrt(kHomographyChi2) * sigma, .max_iterations = kHomographySamples}, random);
+  const auto best =
+      ransac(homography,
+             {.threshold = std::sqrt(kHomographyChi2) * sigma, .max_iterations = kHomographySamples}, random);
   return best && gric(homography, best->model, all, sigma, kHomography) <=
                      gric(fundamental, found.model, found.inliers, sigma, kFundamental);
 }

@@ -10,11 +10,13 @@
 
 namespace ipl_slam {
 
+/// Settings of the epipolar check. The threshold is the paper's (about 1 px at 640x480); half of the pairs is
+/// what a robust estimate can lose; 200 samples find 62 % of inliers with 99 %.
 struct EpipolarCheckOptions {
   double threshold = 1.0;
   int min_pairs = 30;
   double min_agreement = 0.5;
-  int max_samples = 300;
+  int max_samples = 200;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -46,7 +48,8 @@ struct PixelPair {
 /// motion beyond the noise, or a homography that explains them as well (the camera only turned or hardly
 /// moved, or all that is seen is one plane), since any of many F would do then. As well: its GRIC is not
 /// larger (Torr, "Geometric motion segmentation and model selection", Phil. Trans. R. Soc. A 1998). GRIC
-/// needs the noise of the pixels: that which `threshold` allows for, or what F leaves where that is more.
+/// needs the noise of the pixels: that which `threshold` allows for, or that of what F leaves where it is
+/// more.
 [[nodiscard]] std::optional<Eigen::Matrix3d> fundamental_matrix(std::span<const PixelPair> pairs,
                                                                 const EpipolarCheckOptions& options,
                                                                 std::uint64_t seed);

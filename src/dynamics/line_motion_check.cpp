@@ -48,8 +48,7 @@ struct CarriedEnd {
 std::optional<CarriedEnd> carry(const Camera& camera, const SE3& T_now_before, const End& end) {
   // The point times its inverse depth w: R r + w t, with r the ray at z = 1.
   const Eigen::Vector3d& t = T_now_before.translation();
-  const Eigen::Vector3d x =
-      T_now_before.rotation() * camera.unproject(end.uv, 1.0) + end.inverse_depth * t;
+  const Eigen::Vector3d x = T_now_before.rotation() * camera.unproject(end.uv, 1.0) + end.inverse_depth * t;
   constexpr double kNearest = 1e-3;  // of the depth before; nearer or behind, it has no image
   if (!(x.z() > kNearest)) return std::nullopt;
   CarriedEnd result;
@@ -98,10 +97,24 @@ std::optional<double> chi2(const Camera& camera, const SE3& T_now_before, const 
     by_before.row(k) << t - 1.0, -t, (t - 1.0) * normal.dot(start->uv_slope), -t * normal.dot(end->uv_slope);
     by_before.row(2 + k) << 0.0, 0.0, (t - 1.0) * start->inverse_depth_slope, -t * end->inverse_depth_slope;
   }
-  const Eigen::Matrix4d covariance = end_covariance(now, options) +
-                                     by_before * end_covariance(before, options) * by_before.transpose();
+  const Eigen::Matrix4d covariance =
+      end_covariance(now, options) + by_before * end_covariance(before, options) * by_before.transpose();
   const double value = residual.dot(covariance.ldlt().solve(residual));
   return std::isfinite(value) ? std::optional<double>(value) : std::nullopt;
+}
+
+/// The smallest chi2 of the lines of the keyframe before that look like this one, nothing where none has any:
+/// a pair that disagrees may just be a wrong match, and what lies where a still line should be is still.
+std::optional<double> smallest_chi2(const Camera& camera, const SE3& T_now_before, const LineFeatures& before,
+                                    const LineFeatures& now, std::size_t line,
+                                    const LineMotionOptions& options) {
+  std::optional<double> smallest;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (hamming_distance(before.descriptors[i], now.descriptors[line]) > options.match.max_distance) continue;
+    const auto value = chi2(camera, T_now_before, before.segments[i], now.segments[line], options);
+    if (value && (!smallest || *value < *smallest)) smallest = value;
+  }
+  return smallest;
 }
 
 /// The paper's weight of points, (d_max - d) / (d_max - d_min), with fixed bounds: d is the root mean square
@@ -125,10 +138,6 @@ double mean_angle_difference(const LineSegment& before, const LineSegment& now, 
   return (difference(t1, t2) + difference(t1, t3) + difference(t2, t3)) / 3.0;
 }
 
-LineMotionCheck::LineMotionCheck(const Camera& camera, const DepthNoiseOptions& noise,
-                                 const LineMotionOptions& options)
-    : camera_(camera), noise_(noise), options_(options) {}
-
 LineMotion LineMotionCheck::compare(const LineFeatures& before, const LineFeatures& now,
                                     const SE3& T_now_before) const {
   LineMotion motion{.matched = std::vector<std::uint8_t>(now.size()),
@@ -144,7 +153,10 @@ LineMotion LineMotionCheck::compare(const LineFeatures& before, const LineFeatur
       motion.matched[k] = 1;
       motion.dynamic[k] = angle > options_.max_angle;
       motion.weight[k] = line_weight(angle, options_.min_weight);
-    } else if (const auto distance = chi2(camera_, T_now_before, a, b, options_)) {
+    } else if (auto distance = chi2(camera_, T_now_before, a, b, options_)) {
+      if (*distance > options_.max_chi2) {
+        distance = smallest_chi2(camera_, T_now_before, before, now, k, options_);
+      }
       motion.matched[k] = 1;
       motion.dynamic[k] = *distance > options_.max_chi2;
       motion.weight[k] = residual_weight(*distance, options_);

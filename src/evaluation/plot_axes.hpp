@@ -10,7 +10,7 @@ namespace ipl_slam {
 
 /// How plots look: colours (blue, green, red) and heights of capital letters, pixels.
 namespace plot_style {
-inline const cv::Scalar kTruth(70, 70, 70), kEstimate(196, 104, 24), kError(60, 50, 225),
+inline const cv::Scalar kTruth(0, 0, 0), kEstimate(196, 104, 24), kError(60, 50, 225),
     kErrorFill(226, 224, 250), kGrid(232, 232, 232), kFrame(130, 130, 130), kText(40, 40, 40);
 inline constexpr double kTextHeight = 11.0, kTitleHeight = 14.0;
 inline constexpr double kPixelsPerTick = 90.0;

@@ -106,11 +106,11 @@ void draw_paths(PlotCanvas& canvas, const cv::Rect2d& box, const Trajectory& gro
   constexpr const char* names = "xyz";
   draw_axes(canvas, axes, fmt::format("{} [m]", names[shown[0]]), fmt::format("{} [m]", names[shown[1]]),
             kPixelsPerTick * 0.8);
-  draw_path(canvas, axes, shown, truth, kTruth, 1.6);
   for (const AlignedPair& pair : ate.aligned) {
     canvas.line(axes.at(pair.truth[shown[0]], pair.truth[shown[1]]),
                 axes.at(pair.estimate[shown[0]], pair.estimate[shown[1]]), kError, 1.2);
   }
+  draw_path(canvas, axes, shown, truth, kTruth, 1.6);  // over the differences, which may hide it
   draw_path(canvas, axes, shown, estimated, kEstimate, 2.2);
   draw_legend(canvas, box);
 }

@@ -33,6 +33,25 @@ void tint(cv::Mat& picture, const cv::Mat& mask, const cv::Scalar& color) {
   tinted.copyTo(area, mask(box));
 }
 
+using Outlines = std::vector<std::vector<cv::Point>>;
+
+Outlines outlines_of(const BitMask& mask) {
+  Outlines outlines;
+  cv::findContours(mask.to_image(), outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  return outlines;
+}
+
+// Red and white in turn: seen on any picture.
+void draw_dashed(cv::Mat& picture, const Outlines& outlines) {
+  constexpr std::size_t kDash = 8;  // pixels
+  for (const std::vector<cv::Point>& outline : outlines) {
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const cv::Scalar color = i / kDash % 2 == 0 ? cv::Scalar(50, 50, 240) : cv::Scalar::all(255);
+      cv::line(picture, outline[i], outline[(i + 1) % outline.size()], color, 2);
+    }
+  }
+}
+
 // Dark letters on the state's colour; inside the picture whatever the box.
 void label(cv::Mat& picture, const cv::Rect& box, const std::string& words, const cv::Scalar& color) {
   int baseline = 0;
@@ -48,18 +67,21 @@ void label(cv::Mat& picture, const cv::Rect& box, const std::string& words, cons
 }  // namespace
 
 cv::Mat draw_instances(const cv::Mat& image, const std::vector<TrackedInstance>& instances,
-                       const std::function<ContourVerdict(InstanceId)>& verdict) {
+                       const std::function<ContourVerdict(InstanceId)>& verdict,
+                       const FeatureWeights& weights) {
   cv::Mat picture;
   image.channels() == 1 ? cv::cvtColor(image, picture, cv::COLOR_GRAY2BGR) : image.copyTo(picture);
 
   // Labels go on top of every mask.
   for (const TrackedInstance& tracked : instances) {
     const cv::Scalar color = color_of(verdict ? verdict(tracked.id).state : MotionState::kCandidate);
-    const cv::Mat mask = tracked.instance.mask.to_image();
-    tint(picture, mask, color);
-    std::vector<std::vector<cv::Point>> outlines;
-    cv::findContours(mask, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-    cv::drawContours(picture, outlines, -1, color, 1, cv::LINE_8);
+    tint(picture, tracked.instance.mask.to_image(), color);
+    cv::drawContours(picture, outlines_of(tracked.instance.mask), -1, color, 1, cv::LINE_8);
+  }
+  if (weights.regions) {
+    for (const Region& region : *weights.regions) {
+      if (region.dynamic) draw_dashed(picture, outlines_of(region.mask));
+    }
   }
   for (const TrackedInstance& tracked : instances) {
     const Instance& instance = tracked.instance;

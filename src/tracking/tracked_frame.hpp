@@ -26,7 +26,7 @@ struct Sighting {
 struct SeenLine {
   LineId line;
   Eigen::Vector2d start, end;
-  double weight = 1.0;  ///< alpha_l it counted with
+  double weight = 1.0;  ///< alpha_l, how much it may say, 0 to 1
 };
 
 /// What tracking gives for one frame.

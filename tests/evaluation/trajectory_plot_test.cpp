@@ -57,6 +57,31 @@ TEST(TrajectoryPlot, ShowsRedLinesWhereTheEstimateIsOff) {
   EXPECT_GT(count_colored(drawn(truth, zigzag)).red, 200);
 }
 
+// Half of the estimate lies on either side, so that aligning it changes nothing; its differences are so many
+// that they fill the area between the paths.
+TEST(TrajectoryPlot, ShowsTheTruthInBlackOverTheDifferences) {
+  constexpr std::size_t kPoses = 1200;
+  const Trajectory truth = steady_motion(kPoses, 1.0);
+  const double aside = 0.1 * (truth.back().T_wc.translation() - truth.front().T_wc.translation()).norm();
+  Trajectory estimate = truth;
+  for (std::size_t i = 0; i < kPoses; ++i) {
+    const std::size_t quarter = 4 * i / kPoses;
+    const Eigen::Vector3d offset(0.0, quarter == 0 || quarter == 3 ? aside : -aside, 0.0);
+    estimate[i].T_wc = SE3(Eigen::Quaterniond::Identity(), truth[i].T_wc.translation() + offset);
+  }
+  const cv::Mat picture = drawn(truth, estimate);
+  int columns = 0;
+  for (int x = 110; x < 540; ++x) {
+    bool black = false;
+    for (int y = 60; y < 440; ++y) {
+      const cv::Vec3b c = picture.at<cv::Vec3b>(y, x);
+      black |= c[0] < 60 && c[1] < 60 && c[2] < 60;
+    }
+    columns += black ? 1 : 0;
+  }
+  EXPECT_GT(columns, 390) << "all of 430 but its beginning and where the estimate crosses";
+}
+
 TEST(TrajectoryPlot, DrawsNoLineWhereTrackingWasLost) {
   const Trajectory truth = steady_motion(81, 1.0);
   Trajectory estimate = truth;

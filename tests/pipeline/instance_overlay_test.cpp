@@ -1,5 +1,7 @@
 #include "pipeline/instance_overlay.hpp"
 
+#include <memory>
+
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
@@ -50,6 +52,30 @@ TEST(InstanceOverlay, TakesGreyPicturesAndMasksAtTheBorder) {
   const cv::Mat picture = draw_instances(grey, {square({0, 0, 30, 150}), square({190, 140, 10, 10})});
   EXPECT_EQ(picture.type(), CV_8UC3);
   EXPECT_EQ(picture.size(), kSize);
+}
+
+TEST(InstanceOverlay, OutlinesRegionsWhoseFeaturesAreRemovedInRedAndWhite) {
+  const cv::Rect grown(50, 50, 100, 80);
+  const cv::Mat grey(kSize, CV_8UC3, cv::Scalar(100, 100, 100));
+  const auto drawn = [&](bool dynamic) {
+    FeatureWeights weights;
+    weights.regions = std::make_shared<const std::vector<Region>>(
+        std::vector<Region>{{InstanceId{3}, square(grown).instance.mask, dynamic}});
+    return draw_instances(grey, {square({60, 60, 80, 60})}, {}, weights);
+  };
+  const cv::Mat with = drawn(true), without = drawn(false);
+  const cv::Mat plain = draw_instances(grey, {square({60, 60, 80, 60})});
+  EXPECT_EQ(cv::norm(without, plain, cv::NORM_INF), 0.0) << "features on it stay";
+  int red = 0, white = 0;
+  for (int x = grown.x + 4; x < grown.x + grown.width - 4; ++x) {
+    const cv::Vec3b c = with.at<cv::Vec3b>(grown.y + grown.height - 1, x);
+    red += c[2] > 200 && c[1] < 100 ? 1 : 0;
+    white += c[2] > 200 && c[1] > 200 ? 1 : 0;
+  }
+  EXPECT_EQ(red + white, grown.width - 8) << "no gap along its lower edge";
+  EXPECT_GT(red, 30);
+  EXPECT_GT(white, 30);
+  EXPECT_EQ(with.at<cv::Vec3b>(90, 100), plain.at<cv::Vec3b>(90, 100)) << "inside";
 }
 
 }  // namespace
