@@ -273,7 +273,7 @@ std::optional<Json> run_once(const PlannedRun& planned, std::size_t max_frames,
   }
   const std::optional<Evaluation> evaluation = evaluate_run(sequence.truth, pipeline.trajectory());
   Json summary;
-  pipeline.mapping().read([&](const Map& map, const std::vector<MappingTime>&) {
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
     summary = run_summary(run, setting, map, pipeline.instances(), evaluation ? &*evaluation : nullptr);
   });
   return summary;

@@ -33,7 +33,7 @@ std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config
   LocalMapper mapper(camera, pyramid_of(config), config.depth, config.mapping);
   std::optional<KeyframeLines> lines;
   if (auto extractor = make_line_extractor(camera, config)) {
-    lines.emplace(std::move(*extractor), LineMotionCheck(camera, config.depth, config.dynamics.lines),
+    lines.emplace(std::move(*extractor), LineMotionCheck(camera, config.dynamics.lines),
                   config.tracking.max_dynamic_share);
   }
   return config.schedule.mode == "realtime"
