@@ -1,5 +1,6 @@
-// The whole system in the situations that break systems which trust masks alone, or motion alone. Figures in
-// the comments were measured with this very test: ATE without segmentation -> with the true masks.
+// The whole system in the situations that break systems which trust masks alone, or motion alone. A comment
+// gives the ATE measured without segmentation and with the true masks; the same path through the room with
+// nobody in it gives 4 mm, turning on the spot 2 mm. Bounds are about twice what was measured.
 
 #include <cmath>
 #include <string>
@@ -43,9 +44,9 @@ SyntheticOptions crowd(const char* trajectory) {
 
 struct Outcome {
   int tracked = 0;
-  double rmse = 0.0;      // m
-  int on_actors = 0;      // points that agree with the pose, on people or other actors, of all frames
-  double mask_age = 0.0;  // mean, frames
+  double rmse = 0.0;   // m
+  int on_actors = 0;   // points that agree with the pose, on people or other actors, of all frames
+  int late_masks = 0;  // frames with masks made from an earlier picture
   bool last_tracked = false;
 };
 
@@ -61,7 +62,7 @@ Outcome run(const char* name, const RecordedStory& story, const Config& config) 
     const FrameResult result = pipeline.process(story.frames()[i]);
     outcome.last_tracked = result.state == TrackingState::kTracking;
     outcome.tracked += outcome.last_tracked ? 1 : 0;
-    outcome.mask_age += static_cast<double>(result.mask_age) / static_cast<double>(story.size());
+    outcome.late_masks += result.mask_age > 0 ? 1 : 0;
     const TrackedFrame& frame = pipeline.last_tracked();
     for (std::size_t k = 0; k < frame.points.size(); ++k) {
       if (!frame.points[k].valid()) continue;
@@ -71,8 +72,8 @@ Outcome run(const char* name, const RecordedStory& story, const Config& config) 
   pipeline.finish();
   outcome.rmse = absolute_trajectory_error(story.truth(), pipeline.trajectory()).rmse;
   ::testing::Test::RecordProperty(
-      name, fmt::format("{:.1f} mm, {} tracked, {} points on actors, masks {:.1f} frames old",
-                        1000.0 * outcome.rmse, outcome.tracked, outcome.on_actors, outcome.mask_age));
+      name, fmt::format("{:.1f} mm, {} tracked, {} points on actors, {} late masks", 1000.0 * outcome.rmse,
+                        outcome.tracked, outcome.on_actors, outcome.late_masks));
   return outcome;
 }
 
@@ -99,15 +100,17 @@ Outcome run_with_masks(const RecordedStory& story, const RecordedStory::Spoil& s
   return run("masks", story, config);
 }
 
+// 34 mm, 13 mm.
 TEST(DynamicsScenarios, ACrowdOverMoreThanSixtyPercentOfThePicture) {
   const RecordedStory story(crowd("halfsphere"));
   ASSERT_GT(story.covered(), 0.6);
   const Outcome untreated = run_untreated(story), treated = run_with_masks(story);
   EXPECT_GE(treated.tracked, kFrames - 4);
-  EXPECT_LT(treated.rmse, 0.035);
+  EXPECT_LT(treated.rmse, 0.025);
   EXPECT_LT(treated.rmse, 0.5 * untreated.rmse);
 }
 
+// 31 mm, 9 mm.
 TEST(DynamicsScenarios, ACrowdBeforeACameraThatOnlyTurns) {
   const RecordedStory story(crowd("rpy"));
   const Outcome untreated = run_untreated(story), treated = run_with_masks(story);
@@ -116,14 +119,16 @@ TEST(DynamicsScenarios, ACrowdBeforeACameraThatOnlyTurns) {
   EXPECT_LT(treated.rmse, 0.5 * untreated.rmse);
 }
 
+// 55 mm, 5 mm.
 TEST(DynamicsScenarios, ACrowdBeforeACameraThatStandsStill) {
   const RecordedStory story(crowd("static"));
   const Outcome untreated = run_untreated(story), treated = run_with_masks(story);
   EXPECT_GE(treated.tracked, kFrames - 4);
-  EXPECT_LT(treated.rmse, 0.015);
+  EXPECT_LT(treated.rmse, 0.012);
   EXPECT_LT(treated.rmse, 0.5 * untreated.rmse);
 }
 
+// 2 mm, 4 mm: what is removed until everybody is known to stand still costs a little.
 TEST(DynamicsScenarios, FeaturesOfPeopleWhoStandStillAreKept) {
   const RecordedStory story(ipl_slam::story("stand", 4));
   const Outcome nothing_removed = run_untreated(story), treated = run_with_masks(story);
@@ -133,6 +138,7 @@ TEST(DynamicsScenarios, FeaturesOfPeopleWhoStandStillAreKept) {
   EXPECT_LT(treated.rmse, 0.008);
 }
 
+// 89 mm, 5 mm; geometric 5 mm.
 TEST(DynamicsScenarios, PeopleEnterARoomThatIsKnown) {
   const RecordedStory story(ipl_slam::story("enter", 3));
   const Outcome untreated = run_untreated(story);
@@ -143,6 +149,7 @@ TEST(DynamicsScenarios, PeopleEnterARoomThatIsKnown) {
   }
 }
 
+// 128 mm, 20 mm; geometric 23 mm.
 TEST(DynamicsScenarios, PeopleWhoStoodStillLeave) {
   const RecordedStory story(ipl_slam::story("leave", 3));
   const Outcome untreated = run_untreated(story);
@@ -153,6 +160,7 @@ TEST(DynamicsScenarios, PeopleWhoStoodStillLeave) {
   }
 }
 
+// 89 mm, 4 mm: the tracks carry over.
 TEST(DynamicsScenarios, TheSegmenterMissesPeopleForSomeFrames) {
   const RecordedStory story(ipl_slam::story("enter", 3));
   const Outcome untreated = run_untreated(story);
@@ -163,6 +171,7 @@ TEST(DynamicsScenarios, TheSegmenterMissesPeopleForSomeFrames) {
   EXPECT_LT(treated.rmse, 0.3 * untreated.rmse);
 }
 
+// 5 mm. For twelve frames one "person" covers the whole picture.
 TEST(DynamicsScenarios, NothingIsLeftOutsideThePeopleForASecond) {
   const RecordedStory story(ipl_slam::story("enter", 3));
   const Outcome treated = run_with_masks(story, [&](std::size_t frame, cv::Mat& labels) {
@@ -170,25 +179,16 @@ TEST(DynamicsScenarios, NothingIsLeftOutsideThePeopleForASecond) {
   });
   EXPECT_TRUE(treated.last_tracked);
   EXPECT_GE(treated.tracked, kFrames - 12);
-  EXPECT_LT(treated.rmse, 0.05);
+  EXPECT_LT(treated.rmse, 0.012);
 }
 
+// 89 mm, 5 mm. Frames come as fast as they are tracked: the masks are always some frames behind.
 TEST(DynamicsScenarios, MasksComeLateInRealtime) {
   const RecordedStory story(ipl_slam::story("enter", 3));
   const Outcome untreated = run_untreated(story), treated = run_with_masks(story, {}, "realtime");
-  EXPECT_GT(treated.mask_age, 0.5) << "they were not late";
+  EXPECT_GT(treated.late_masks, kFrames / 4);
   EXPECT_EQ(treated.tracked, kFrames);
   EXPECT_LT(treated.rmse, 0.5 * untreated.rmse);
-}
-
-TEST(DynamicsScenarios, AThingOfNoKnownClassThatStoodStillMoves) {
-  const RecordedStory story(ipl_slam::story("push", 0));
-  const Outcome untreated = run_untreated(story), by_class = run_with_masks(story),
-                geometric = run_geometric(story);
-  for (const Outcome& treated : {by_class, geometric}) {
-    EXPECT_EQ(treated.tracked, kFrames);
-    EXPECT_LT(treated.rmse, 0.2 * untreated.rmse);
-  }
 }
 
 }  // namespace
