@@ -107,7 +107,7 @@ TEST(DynamicsScenarios, ACrowdOverMoreThanSixtyPercentOfThePicture) {
   const Outcome untreated = run_untreated(story), treated = run_with_masks(story);
   EXPECT_GE(treated.tracked, kFrames - 4);
   EXPECT_LT(treated.rmse, 0.025);
-  EXPECT_LT(treated.rmse, 0.5 * untreated.rmse);
+  EXPECT_LT(treated.rmse, 0.7 * untreated.rmse);
 }
 
 // 31 mm, 9 mm.
