@@ -191,5 +191,16 @@ TEST(DynamicsScenarios, MasksComeLateInRealtime) {
   EXPECT_LT(treated.rmse, 0.5 * untreated.rmse);
 }
 
+// 284 mm without segmentation.
+TEST(DynamicsScenarios, AThingOfNoKnownClassThatStoodStillMoves) {
+  const RecordedStory story(ipl_slam::story("push", 0));
+  const Outcome untreated = run_untreated(story), by_class = run_with_masks(story),
+                geometric = run_geometric(story);
+  for (const Outcome& treated : {by_class, geometric}) {
+    EXPECT_EQ(treated.tracked, kFrames);
+    EXPECT_LT(treated.rmse, 0.2 * untreated.rmse);
+  }
+}
+
 }  // namespace
 }  // namespace ipl_slam
