@@ -31,11 +31,12 @@ struct SynthArguments {
 std::string command_of(const SynthArguments& a) {
   const SyntheticOptions& o = a.options;
   std::string command = fmt::format(
-      "ipl_slam synth OUT_DIR --scene {} --trajectory {} --seed {} --frames {} --fps {} --width {} --height "
+      "ipl_slam synth OUT_DIR --scene {} --trajectory {} --story {} --clothes {} --seed {} --frames {} --fps "
+      "{} --width {} --height "
       "{} "
       "--people {} --boxes {} --motion-blur {} --exposure {} --max-depth {}",
-      o.scene, o.trajectory, o.seed, o.frames, o.fps, o.width, o.height, o.people, o.boxes, o.motion_blur,
-      o.exposure, o.depth_sensor.max_range);
+      o.scene, o.trajectory, o.story, o.clothes, o.seed, o.frames, o.fps, o.width, o.height, o.people,
+      o.boxes, o.motion_blur, o.exposure, o.depth_sensor.max_range);
   if (a.no_noise) command += " --no-noise";
   return command;
 }
@@ -81,13 +82,23 @@ void add_synth_verb(CLI::App& app) {
                    "Path of the camera: orbit, sweep (neither fits the corridor), walk, xyz, rpy, halfsphere "
                    "or static")
       ->capture_default_str();
+  verb->add_option(
+          "--story", o.story,
+          "What happens in the scene room: walk (people walk, stop, sit, leave and return; boxes are "
+          "pushed about), or close before a camera that moves on xyz, rpy, halfsphere or static: "
+          "stand (everybody stands still), crowd (people walk round and hide most of the room), "
+          "enter, leave, push (the first box is big, stands still for a third of the time, then "
+          "moves)")
+      ->capture_default_str();
+  verb->add_option("--clothes", o.clothes, "What people wear: plain, or printed (full of corners)")
+      ->capture_default_str();
   verb->add_option("--frames", o.frames, "Number of frames")->capture_default_str();
   verb->add_option("--fps", o.fps, "Frames per second")->capture_default_str();
   verb->add_option("--width", o.width, "Image width, pixels")->capture_default_str();
   verb->add_option("--height", o.height, "Image height, pixels")->capture_default_str();
   verb->add_option("--seed", o.seed, "Everything random depends on it: same seed, same bytes")
       ->capture_default_str();
-  verb->add_option("--people", o.people, "People who walk, stop, sit, leave and return, in the scene room")
+  verb->add_option("--people", o.people, "People in the scene room, who do what the story says")
       ->capture_default_str();
   verb->add_option("--boxes", o.boxes,
                    "Rigid moving things in the scene room: a box pushed about, the door, more boxes")

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "dataset/synthetic/paint.hpp"
@@ -50,7 +51,8 @@ Leg leg_at(const PersonState& s, double phase) {
   return {hip + s.sitting * (kSitAngle - hip), knee + s.sitting * (kSitAngle - knee)};
 }
 
-// Tells one person's story by stepping through time: goals are drawn one after the other, the body follows.
+// Tells one person's story by stepping through time: goals are drawn one after the other, or read from a
+// role, and the body follows.
 class Storyteller {
  public:
   Storyteller(const WalkingSpace& space, std::optional<Seat> seat, double start_angle,
@@ -62,6 +64,11 @@ class Storyteller {
     heading_goal_ = state_.heading;
     walk_speed_ = random_.uniform(0.8, 1.15);
     walk_ring(random_.uniform(1.0, 3.0));
+  }
+
+  explicit Storyteller(const Role& role) : role_(role), walk_speed_(role.speed), stand_until_(role.wait) {
+    state_.position = role.start;
+    state_.heading = heading_goal_ = role.heading;
   }
 
   std::vector<PersonState> tell(double duration) {
@@ -96,6 +103,10 @@ class Storyteller {
 
   // Draws what to do after the last thing is done.
   void decide() {
+    if (role_) {
+      play();
+      return;
+    }
     if (sit_until_ > 0.0) {  // got up again
       sit_until_ = 0.0;
       walk_line(state_.position, on_ring(angle_));
@@ -128,6 +139,17 @@ class Storyteller {
     }
   }
 
+  // Sets out on the way of the role; after it, stands for ever.
+  void play() {
+    if (role_->way.empty()) stand_until_ = std::numeric_limits<double>::infinity();
+    Vector2d from = state_.position;
+    for (const Vector2d& to : role_->way) {
+      walk_line(from, to);
+      from = to;
+    }
+    role_->way.clear();
+  }
+
   void step() {
     const bool waiting = time_ < stand_until_ || time_ < sit_until_;
     if (route_.empty() && !waiting && state_.sitting <= 0.0) decide();
@@ -155,7 +177,7 @@ class Storyteller {
     for (const double ahead : {0.3, 0.6, 0.9}) {
       const std::size_t index =
           std::min(route_.size() - 1, static_cast<std::size_t>(ahead * walk_speed_ / 0.08));
-      if (!occupied_(route_[index], time_ + ahead)) continue;
+      if (role_ || !occupied_(route_[index], time_ + ahead)) continue;
       blocked_for_ += kStep;
       if (blocked_for_ < 4.0) return 0.0;
     }
@@ -185,13 +207,14 @@ class Storyteller {
     }
   }
 
-  const WalkingSpace& space_;
+  WalkingSpace space_;
   std::optional<Seat> seat_;
-  const PersonMotion::Occupied& occupied_;
-  Random random_;
+  PersonMotion::Occupied occupied_;
+  Random random_{0};
+  std::optional<Role> role_;
   PersonState state_;
   double time_ = 0.0;
-  double angle_, direction_ = 1.0, heading_goal_ = 0.0, speed_ = 0.0, walk_speed_ = 1.0;
+  double angle_ = 0.0, direction_ = 1.0, heading_goal_ = 0.0, speed_ = 0.0, walk_speed_ = 1.0;
   double stand_until_ = 0.0, sit_until_ = 0.0, sit_progress_ = 0.0, blocked_for_ = 0.0;
   bool approaching_seat_ = false;
   Vector2d backwards_from_{0, 0};
@@ -204,6 +227,9 @@ PersonMotion::PersonMotion(const WalkingSpace& space, std::optional<Seat> seat, 
                            double body_height, double duration, const Occupied& occupied, Random random)
     : story_(Storyteller(space, seat, start_angle, occupied, random).tell(duration)),
       scale_(body_height / kBodyHeight) {}
+
+PersonMotion::PersonMotion(const Role& role, double body_height, double duration)
+    : story_(Storyteller(role).tell(duration)), scale_(body_height / kBodyHeight) {}
 
 PersonState PersonMotion::state(double time) const {
   const double at = std::clamp(time / kStep, 0.0, static_cast<double>(story_.size() - 1));
@@ -256,18 +282,22 @@ void PersonMotion::append_frames(double time, std::vector<SE3>& frames) const {
   }
 }
 
-void add_body(SceneBuilder& builder, int first_frame, double body_height, Random& random) {
+void add_body(SceneBuilder& builder, int first_frame, double body_height, Clothes clothes, Random& random) {
   const double k = body_height / kBodyHeight;
   const auto cloth = [&](double low, double high, float strength) {
     const cv::Scalar color(random.uniform(low, high), random.uniform(low, high), random.uniform(low, high));
     return builder.material(paint_plain(256, color, strength, random), 400.0);
   };
-  const int shirt = cloth(60, 200, 16.0F);
-  const int trousers = cloth(35, 95, 12.0F);
+  int shirt = cloth(60, 200, 16.0F);
+  int trousers = cloth(35, 95, 12.0F);
   const int shoes = cloth(20, 50, 8.0F);
   const int hair = cloth(20, 75, 22.0F);
   const double tone = random.uniform(0.75, 1.0);
   const int skin = builder.material(paint_plain(128, cv::Scalar(140, 165, 215) * tone, 7.0F, random), 400.0);
+  if (clothes == Clothes::Printed) {
+    shirt = builder.material(paint_mosaic(512, 16, random), 800.0);
+    trousers = builder.material(paint_mosaic(512, 16, random), 800.0);
+  }
   const auto limb = [&](int part, const Vector3d& from, const Vector3d& to, double rx, double ry,
                         int material) {
     builder.on_frame(first_frame + part);

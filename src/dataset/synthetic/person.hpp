@@ -22,6 +22,18 @@ struct Seat {
   Eigen::Vector2d position;
 };
 
+/// A part that is played without chance: wait, walk the way at this speed, stand at its end.
+struct Role {
+  Eigen::Vector2d start{0, 0};
+  double heading = 0.0;  ///< at the start, radians
+  double wait = 0.0;     ///< seconds before setting out
+  double speed = 0.9;    ///< metres per second
+  std::vector<Eigen::Vector2d> way = {};
+};
+
+/// What people wear: cloth of one colour, or checks with prints on shirt and trousers, full of corners.
+enum class Clothes { Plain, Printed };
+
 /// State of a person at one moment.
 struct PersonState {
   Eigen::Vector2d position{0, 0};  ///< of the pelvis over the floor, metres
@@ -31,9 +43,9 @@ struct PersonState {
   double sitting = 0.0;            ///< 0 upright .. 1 on the seat
 };
 
-/// A walking figure: walks the ring, stops for a while, sits down and gets up, leaves the room and comes
-/// back, as the random generator decides; waits for others. The story is worked out once, for `duration`
-/// seconds.
+/// A walking figure. Without a role it walks the ring, stops for a while, sits down and gets up, leaves the
+/// room and comes back, as the random generator decides, and waits for others. The story is worked out once,
+/// for `duration` seconds.
 class PersonMotion : public Motion {
  public:
   enum Part {
@@ -58,6 +70,8 @@ class PersonMotion : public Motion {
 
   PersonMotion(const WalkingSpace& space, std::optional<Seat> seat, double start_angle, double body_height,
                double duration, const Occupied& occupied, Random random);
+  /// Plays a part; who writes the parts sees to it that nobody is in the way.
+  PersonMotion(const Role& role, double body_height, double duration);
 
   [[nodiscard]] int frame_count() const override { return kParts; }
   void append_frames(double time, std::vector<SE3>& frames) const override;
@@ -68,8 +82,8 @@ class PersonMotion : public Motion {
   double scale_;
 };
 
-/// Adds a person's body, in plain clothes of random colours, to the object the builder is at; first_frame as
-/// given by SceneBuilder::motion. body_height in metres.
-void add_body(SceneBuilder& builder, int first_frame, double body_height, Random& random);
+/// Adds a person's body, in clothes of random colours, to the object the builder is at; first_frame as given
+/// by SceneBuilder::motion. body_height in metres.
+void add_body(SceneBuilder& builder, int first_frame, double body_height, Clothes clothes, Random& random);
 
 }  // namespace ipl_slam::synthetic

@@ -6,6 +6,7 @@
 #include "dataset/synthetic/paint.hpp"
 #include "dataset/synthetic/person.hpp"
 #include "dataset/synthetic/scene_builder.hpp"
+#include "dataset/synthetic/story.hpp"
 
 namespace ipl_slam::synthetic {
 namespace {
@@ -320,10 +321,31 @@ class RoomBuilder {
     carton(size);
   }
 
-  void add_boxes(int count) {
-    add_door(count >= 2);
-    for (int i = 0, pushed = 0; i < count; ++i) {
+  // As big as a refrigerator's.
+  void add_late_box(double duration) {
+    builder_.object("box");
+    builder_.on_frame(builder_.motion(make_late_push(Stage(scene_.site), duration)));
+    carton({0.5, 0.7, 1.3});
+  }
+
+  void add_boxes(const RoomContents& contents) {
+    const bool late = contents.story == "push";
+    if (late) add_late_box(contents.duration);
+    add_door(contents.boxes >= 2);
+    for (int i = late ? 1 : 0, pushed = 0; i < contents.boxes; ++i) {
       if (i != 1) add_pushed_box(pushed++);
+    }
+  }
+
+  void add_cast(const RoomContents& contents) {
+    const Stage stage(scene_.site);
+    for (int i = 0; i < contents.people; ++i) {
+      Random random(hash64(hash64(contents.seed, 2), i));
+      const double body_height = random.uniform(1.62, 1.86);
+      const Role role = make_role(contents.story, stage, i, contents.people, contents.duration, random);
+      builder_.object("person");
+      const int first = builder_.motion(std::make_unique<PersonMotion>(role, body_height, contents.duration));
+      add_body(builder_, first, body_height, contents.clothes, random);
     }
   }
 
@@ -354,7 +376,7 @@ class RoomBuilder {
                                                    occupied, random);
       others.push_back(motion.get());
       const int first = builder_.motion(std::move(motion));
-      add_body(builder_, first, body_height, random);
+      add_body(builder_, first, body_height, contents.clothes, random);
     }
   }
 
@@ -389,8 +411,12 @@ Scene make_room(const RoomContents& contents) {
   room.build_shell();
   room.hang_pictures();
   room.furnish();
-  room.add_boxes(contents.boxes);
-  room.add_people(contents);
+  room.add_boxes(contents);
+  if (has_roles(contents.story)) {
+    room.add_cast(contents);
+  } else {
+    room.add_people(contents);
+  }
   return scene;
 }
 

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <string>
 
+#include "dataset/synthetic/person.hpp"
 #include "dataset/synthetic/scene.hpp"
 
 namespace ipl_slam::synthetic {
@@ -10,6 +12,8 @@ namespace ipl_slam::synthetic {
 /// What moves in a room.
 struct RoomContents {
   std::uint64_t seed = 1;
+  std::string story = "walk";  ///< see SyntheticOptions::story
+  Clothes clothes = Clothes::Plain;
   int people = 0;
   int boxes = 0;  ///< the first is pushed about on the table, the second is the door, others follow suit
   double duration = 1.0;                                        ///< seconds for which motions are worked out

@@ -14,6 +14,7 @@
 #include "dataset/synthetic/corridor.hpp"
 #include "dataset/synthetic/renderer.hpp"
 #include "dataset/synthetic/room.hpp"
+#include "dataset/synthetic/story.hpp"
 #include "dataset/synthetic/white_room.hpp"
 
 namespace ipl_slam {
@@ -68,6 +69,8 @@ synthetic::Scene make_scene(const SyntheticOptions& options) {
   if (options.scene == "corridor") return synthetic::make_corridor(options.seed);
   synthetic::RoomContents contents;
   contents.seed = options.seed;
+  contents.story = options.story;
+  contents.clothes = options.clothes == "printed" ? synthetic::Clothes::Printed : synthetic::Clothes::Plain;
   contents.people = options.people;
   contents.boxes = options.boxes;
   contents.duration = options.frames / options.fps;
@@ -76,6 +79,23 @@ synthetic::Scene make_scene(const SyntheticOptions& options) {
     return synthetic::camera_pose(path, site, time).translation();
   };
   return synthetic::make_room(contents);
+}
+
+void check_story(const SyntheticOptions& o) {
+  if (o.scene != "room") throw UserError(fmt::format("story '{}' plays in the scene room", o.story));
+  if (o.trajectory == "orbit" || o.trajectory == "sweep" || o.trajectory == "walk") {
+    throw UserError(fmt::format(
+        "story '{}' plays before a camera at the station: use the trajectory xyz, rpy, halfsphere "
+        "or static",
+        o.story));
+  }
+  if (synthetic::has_roles(o.story) && (o.people < 1 || o.people > synthetic::kStagePlaces)) {
+    throw UserError(fmt::format("story '{}' is about people: give people from 1 to {}", o.story,
+                                synthetic::kStagePlaces));
+  }
+  if (o.story == "push" && o.boxes < 1) {
+    throw UserError("story 'push' is about a box: give boxes, at least 1");
+  }
 }
 
 double displacement(const SE3& a, const SE3& b) {
@@ -89,6 +109,7 @@ void SyntheticOptions::check() const {
   SyntheticOptions copy = *this;
   RangeCheck range_check;
   copy.visit(range_check);
+  if (story != "walk") check_story(*this);
   if (scene == "room") return;
   if (people > 0 || boxes > 0) {
     throw UserError(fmt::format("scene '{}' has no room for people or boxes: use the scene room", scene));

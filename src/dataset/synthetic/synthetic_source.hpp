@@ -21,6 +21,8 @@ namespace ipl_slam {
 struct SyntheticOptions {
   std::string scene = "room";
   std::string trajectory = "orbit";
+  std::string story = "walk";
+  std::string clothes = "plain";
   std::uint64_t seed = 1;
   int frames = 300;
   double fps = 30.0;
@@ -41,13 +43,21 @@ struct SyntheticOptions {
     v.choice("scene", scene, {"room", "white_room", "corridor"}, "what is drawn");
     v.choice("trajectory", trajectory, {"orbit", "sweep", "walk", "xyz", "rpy", "halfsphere", "static"},
              "path of the camera");
+    v.choice(
+        "story", story, {"walk", "stand", "crowd", "enter", "leave", "push"},
+        "what happens. walk: people walk, stop, sit, leave and return, boxes are pushed about. In the "
+        "others it happens close before a camera at the station. stand: everybody stands still; crowd: "
+        "people walk round close to the camera, four of them cover more than 60 % of the picture; enter, "
+        "leave: people come into the picture and stay, or walk out of it; push: the first box is big and "
+        "stands still for a third of the time, then moves");
+    v.choice("clothes", clothes, {"plain", "printed"}, "what people wear; only prints have corners");
     v.number("seed", seed,
              {0, 9007199254740992.0, "", "every picture, motion and noise value depends on it"});
     v.number("frames", frames, {1, 1000000, "count", "length of the sequence"});
     v.number("fps", fps, {0.1, 1000, "Hz", "frames per second"});
     v.number("width", width, {64, 4096, "px", "image width"});
     v.number("height", height, {48, 4096, "px", "image height"});
-    v.number("people", people, {0, 8, "count", "people who walk, stop, sit, leave and return"});
+    v.number("people", people, {0, 8, "count", "people, who do what the story says"});
     v.number("boxes", boxes,
              {0, 8, "count", "rigid moving things: a box pushed about, the door, more boxes"});
     v.flag("color_noise", color_noise, "add sensor noise to the color image");
