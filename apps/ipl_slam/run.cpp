@@ -84,9 +84,9 @@ SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_
   hooks.frame_done = [&](const RgbdFrame& frame) {
     if (!overlays) return;
     const auto verdict = [&](InstanceId id) { return pipeline.instances().verdict(id); };
-    const FeatureWeights weights;
-    cv::Mat picture = draw_instances(frame.color, pipeline.last_instances(), verdict, weights);
-    draw_features(picture, pipeline.last_tracked(), weights, pipeline.camera());
+    const TrackedFrame& tracked = pipeline.last_tracked();
+    cv::Mat picture = draw_instances(frame.color, pipeline.last_instances(), verdict, tracked.weights);
+    draw_features(picture, tracked, tracked.weights, pipeline.camera());
     overlays->add(frame.timestamp, ".jpg", picture);
   };
   hooks.item_taken = [&](const SequenceRun& run) {

@@ -4,9 +4,13 @@
 #include <cmath>
 
 #include "dynamics/adaptive_weights.hpp"
+#include "segmentation/class_role.hpp"
 
 namespace ipl_slam {
 namespace {
+
+// Three to one.
+constexpr double kBelievedStill = -1.0;
 
 // Who is out of sight for longer is believed no more of than of a stranger; as long as contours are
 // remembered.
@@ -30,18 +34,37 @@ const std::vector<std::uint8_t>& DynamicFeatures::locate(std::shared_ptr<const F
   instances_ = instances;
   const std::vector<Keypoint>& keypoints = frame_->features.keypoints;
   region_of_.assign(keypoints.size(), InstanceId{});
-  witness_.assign(keypoints.size(), 1);
-  depth_witnesses_ = 0;
   for (std::size_t k = 0; k < keypoints.size(); ++k) {
-    for (const TrackedInstance& i : instances_) {
-      if (!covers(i.instance.mask, keypoints[k].pixel.cast<double>())) continue;
-      if (!region_of_[k].valid()) region_of_[k] = i.id;
-      // Even odds are not enough to be a witness.
-      if (belief_.of(i.id, i.instance.class_name) > -1.0) witness_[k] = 0;
-    }
-    depth_witnesses_ += witness_[k] && keypoints[k].depth > 0.0F ? 1 : 0;
+    const auto in = std::find_if(instances_.begin(), instances_.end(), [&](const TrackedInstance& i) {
+      return covers(i.instance.mask, keypoints[k].pixel.cast<double>());
+    });
+    if (in != instances_.end()) region_of_[k] = in->id;
   }
+  const auto not_background = [](const TrackedInstance& i) {
+    return class_role(i.instance.class_name) != ClassRole::background;
+  };
+  const auto not_known_still = [&](const TrackedInstance& i) {
+    return belief_.of(i.id, i.instance.class_name) > kBelievedStill;
+  };
+  enough_witnesses_ = call_witnesses(not_background) >= options_.min_witnesses;
+  if (!enough_witnesses_) (void)call_witnesses(not_known_still);
   return witness_;
+}
+
+// Everything outside what may move bears witness. Returns how many of these points have depth.
+int DynamicFeatures::call_witnesses(const std::function<bool(const TrackedInstance&)>& may_move) {
+  const std::vector<Keypoint>& keypoints = frame_->features.keypoints;
+  witness_.assign(keypoints.size(), 1);
+  for (const TrackedInstance& i : instances_) {
+    if (!may_move(i)) continue;
+    for (std::size_t k = 0; k < keypoints.size(); ++k) {
+      if (covers(i.instance.mask, keypoints[k].pixel.cast<double>())) witness_[k] = 0;
+    }
+  }
+  int with_depth = 0;
+  for (std::size_t k = 0; k < keypoints.size(); ++k)
+    with_depth += witness_[k] && keypoints[k].depth > 0.0F ? 1 : 0;
+  return with_depth;
 }
 
 PointMotion DynamicFeatures::point_motion(const std::optional<SE3>& T_cw) const {
@@ -84,8 +107,7 @@ bool DynamicFeatures::dynamic(const TrackedInstance& instance, const RegionEvide
   const std::string& name = instance.instance.class_name;
   const double belief = belief_.update(instance.id, frame_->index, name, evidence);
   // With hardly anything else to go by, nobody is removed for what he is.
-  const bool enough_witnesses = depth_witnesses_ >= options_.min_witnesses;
-  return (enough_witnesses ? belief : belief - std::max(0.0, belief_.prior(name))) > 0.0;
+  return (enough_witnesses_ ? belief : belief - std::max(0.0, belief_.prior(name))) > 0.0;
 }
 
 FeatureWeights DynamicFeatures::decide(const std::optional<SE3>& T_cw, const Verdict& contour) {

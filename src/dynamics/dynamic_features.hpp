@@ -21,7 +21,7 @@ struct DynamicsOptions {
   std::string rule = "evidence";
   int growth = 10;
   double region_share = 0.2;
-  int min_witnesses = 150;
+  int min_witnesses = 100;
   std::string weights = "off";
   double min_weight = 0.05;
   PointMotionOptions points;
@@ -37,10 +37,11 @@ struct DynamicsOptions {
     v.number("growth", growth, {0, 100, "px", "radius of the disc by which dynamic regions grow"});
     v.number("region_share", region_share,
              {0.0, 1.0, "share", "algorithm1: dynamic points, or lines, a region must have of all it has"});
-    v.number("min_witnesses", min_witnesses,
-             {0, 10000, "count",
-              "evidence: where fewer points with depth lie outside the regions that may move, only those "
-              "that are seen to move are removed"});
+    v.number(
+        "min_witnesses", min_witnesses,
+        {0, 10000, "count",
+         "points with depth outside the regions that may move; with fewer, those in regions believed to be "
+         "still are witnesses as well, and nobody is removed for his class alone"});
     v.choice(
         "weights", weights, {"off", "distance", "residual"},
         "how much each point may say: off = all alike; distance = by the distance it moved beside that of "
@@ -88,6 +89,7 @@ class DynamicFeatures {
     SE3 T_cw;
   };
 
+  [[nodiscard]] int call_witnesses(const std::function<bool(const TrackedInstance&)>& may_move);
   [[nodiscard]] PointMotion point_motion(const std::optional<SE3>& T_cw) const;
   [[nodiscard]] RegionEvidence evidence_on(InstanceId id, const PointMotion& motion,
                                            const Verdict& contour) const;
@@ -105,7 +107,7 @@ class DynamicFeatures {
   std::vector<TrackedInstance> instances_;
   std::vector<InstanceId> region_of_;  // per keypoint; invalid = none
   std::vector<std::uint8_t> witness_;  // per keypoint
-  int depth_witnesses_ = 0;
+  bool enough_witnesses_ = false;      // outside all that may move
 };
 
 }  // namespace ipl_slam

@@ -34,7 +34,7 @@ double RegionBelief::update(InstanceId id, std::size_t frame, std::string_view c
                       log_likelihood(evidence.lines, evidence.moved_lines);
   record.counted =
       std::clamp(options_.memory * record.counted + std::clamp(seen, -options_.per_frame, options_.per_frame),
-                 -options_.most, options_.most);
+                 -options_.most_still, options_.most_moving);
   const double contour = evidence.contour == MotionState::kMoving  ? options_.contour
                          : evidence.contour == MotionState::kStill ? -options_.contour
                                                                    : 0.0;

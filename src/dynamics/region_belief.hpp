@@ -29,7 +29,8 @@ struct RegionBeliefOptions {
   double moved_on_still = 0.1;
   double per_frame = 2.0;
   double memory = 0.8;
-  double most = 3.0;
+  double most_moving = 5.0;
+  double most_still = 3.0;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -51,7 +52,11 @@ struct RegionBeliefOptions {
         "per_frame", per_frame,
         {0.0, 10.0, "log odds", "what points and lines of one frame may count at most: they err together"});
     v.number("memory", memory, {0.0, 1.0, "share", "of what was counted, what is left after a frame"});
-    v.number("most", most, {0.0, 20.0, "log odds", "what points and lines of all frames may count at most"});
+    v.number("most_moving", most_moving,
+             {0.0, 20.0, "log odds", "what all frames may count at most for motion"});
+    v.number(
+        "most_still", most_still,
+        {0.0, 20.0, "log odds", "and against it: less, since what moves slowly looks still for a while"});
   }
 };
 

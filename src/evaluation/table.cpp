@@ -29,7 +29,8 @@ std::string markdown_cell(const TableCell& cell, const TableColumn& column) {
   if (cell.value) text = number(*cell.value, column.decimals);
   if (cell.value && cell.std) text += fmt::format(" ± {}", number(*cell.std, column.decimals));
   if (cell.bold) text = fmt::format("**{}**", text);
-  if (!cell.text.empty()) text += (text.empty() ? "" : " ") + escaped(cell.text);
+  if (!cell.text.empty() && !text.empty()) text += ' ';
+  text += escaped(cell.text);
   return text.empty() ? "–" : text;
 }
 

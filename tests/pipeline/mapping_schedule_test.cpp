@@ -21,8 +21,9 @@ LocalMapper mapper() {
   return {small_camera(), test::kTestPyramid, DepthNoiseOptions{}, MappingOptions{}};
 }
 
-LineExtractor extractor() {
-  return {LineMethod::kEdges, LineOptions{}, small_camera(), DepthNoiseOptions{}};
+KeyframeLines keyframe_lines() {
+  return {LineExtractor(LineMethod::kEdges, LineOptions{}, small_camera(), DepthNoiseOptions{}),
+          LineMotionCheck(small_camera(), LineMotionOptions{}), 0.2};
 }
 
 // Frames of the room as keyframes at their true poses, without keypoints: what the map gets is lines.
@@ -44,7 +45,7 @@ std::vector<NewKeyframe> keyframes(int count) {
 }
 
 std::vector<std::unique_ptr<MappingSchedule>> both_schedules(bool with_lines = true) {
-  const auto lines = [&] { return with_lines ? std::optional(extractor()) : std::nullopt; };
+  const auto lines = [&] { return with_lines ? std::optional(keyframe_lines()) : std::nullopt; };
   std::vector<std::unique_ptr<MappingSchedule>> schedules;
   schedules.push_back(make_lockstep_mapping(mapper(), lines()));
   schedules.push_back(make_realtime_mapping(mapper(), lines(), 2));
@@ -129,7 +130,7 @@ bool has_failed(const MappingSchedule& schedule) {
 
 TEST(RealtimeMapping, LinesAreExtractedWhileTheMapperIsHeldUp) {
   const std::vector<NewKeyframe> walk = keyframes(3);
-  const auto schedule = make_realtime_mapping(mapper(), extractor(), 3);
+  const auto schedule = make_realtime_mapping(mapper(), keyframe_lines(), 3);
   schedule->start(walk[0]);
   // The mapper rests while the map is read: that the second keyframe fails can come from the line thread
   // only.
@@ -147,7 +148,7 @@ TEST(RealtimeMapping, LinesAreExtractedWhileTheMapperIsHeldUp) {
 
 TEST(RealtimeMapping, AsManyKeyframesWaitAsAreAllowed) {
   const std::vector<NewKeyframe> walk = keyframes(5);
-  const auto schedule = make_realtime_mapping(mapper(), extractor(), 2);
+  const auto schedule = make_realtime_mapping(mapper(), keyframe_lines(), 2);
   schedule->start(walk[0]);
   schedule->read([&](const Map&, const std::vector<MappingRecord>&) {
     for (std::size_t i = 1; i <= 3; ++i) {  // one is worked on, two wait
@@ -169,7 +170,7 @@ TEST(RealtimeMapping, AsManyKeyframesWaitAsAreAllowed) {
 
 TEST(RealtimeMapping, AFailureToExtractLinesReachesTheCaller) {
   const std::vector<NewKeyframe> walk = keyframes(2);
-  const auto schedule = make_realtime_mapping(mapper(), extractor(), 2);
+  const auto schedule = make_realtime_mapping(mapper(), keyframe_lines(), 2);
   schedule->start(walk[0]);
   schedule->submit(broken(walk[1]));
   EXPECT_THROW(schedule->finish(), std::exception);
@@ -179,7 +180,7 @@ TEST(RealtimeMapping, AFailureToExtractLinesReachesTheCaller) {
 
 TEST(RealtimeMapping, WhatComesAfterAFailureIsNotMapped) {
   const std::vector<NewKeyframe> walk = keyframes(3);
-  const auto schedule = make_realtime_mapping(mapper(), extractor(), 2);
+  const auto schedule = make_realtime_mapping(mapper(), keyframe_lines(), 2);
   schedule->start(walk[0]);
   schedule->read([&](const Map&, const std::vector<MappingRecord>&) {
     schedule->submit(broken(walk[1]));
@@ -198,7 +199,7 @@ TEST(RealtimeMapping, WhatComesAfterAFailureIsNotMapped) {
 TEST(RealtimeMapping, CanBeAbandonedWhileLinesAreExtracted) {
   const std::vector<NewKeyframe> walk = keyframes(4);
   for (std::size_t after = 1; after <= walk.size(); ++after) {
-    const auto schedule = make_realtime_mapping(mapper(), extractor(), 4);
+    const auto schedule = make_realtime_mapping(mapper(), keyframe_lines(), 4);
     schedule->start(walk[0]);
     for (std::size_t i = 1; i < after; ++i) schedule->submit(walk[i]);
     // Destroyed here, without finish().
