@@ -38,8 +38,12 @@ struct Situation {
     };
     add(close_tracked, 2.0F, true);
     add(close_untracked, 2.0F, false);
+    result.weights.points.assign(result.points.size(), 1.0);
+    add(close_removed, 2.0F, false);
+    result.weights.points.resize(result.points.size(), 0.0);
     add(far_untracked, 3.5F, false);
     add(untracked_without_depth, 0.0F, false);
+    result.weights.points.resize(result.points.size(), 1.0);
     result.frame = SyntheticWorld::make_frame(std::move(features), kStart + frames_since);
     result.state = state;
     result.reference = KeyframeId{0};
@@ -68,7 +72,8 @@ struct Situation {
   KeyframePolicyOptions options;
   TrackingState state = TrackingState::kTracking;
   std::size_t frames_since = 5;
-  int close_tracked = 300, close_untracked = 0, far_untracked = 0, untracked_without_depth = 0;
+  int close_tracked = 300, close_untracked = 0, close_removed = 0, far_untracked = 0,
+      untracked_without_depth = 0;
   int inliers = 300, confirmed = 300, observers = 3;
   std::uint32_t keyframes = 5;
 };
@@ -131,6 +136,16 @@ TEST(KeyframePolicy, FarKeypointsAndThoseWithoutDepthAreNotClose) {
   s.far_untracked = 500;
   s.untracked_without_depth = 500;
   EXPECT_FALSE(s.wants());
+}
+
+TEST(KeyframePolicy, RemovedKeypointsAreNotMissingALandmark) {
+  Situation s;
+  s.close_tracked = 99;
+  s.close_untracked = 70;
+  s.close_removed = 500;
+  EXPECT_FALSE(s.wants()) << "they must not get one";
+  s.close_untracked = 71;
+  EXPECT_TRUE(s.wants());
 }
 
 TEST(KeyframePolicy, NoKeyframeComesSoonerThanTheShortestInterval) {
