@@ -39,6 +39,7 @@ Tracker::Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthN
       options_(options),
       optimizer_(camera, noise, options.pose),
       visibility_(camera, pyramid),
+      line_visibility_(camera),
       line_tracker_(camera, options.lines, noise, line_depth, seed),
       relocalizer_(camera, pyramid, options.relocalizer, seed) {}
 
@@ -278,13 +279,25 @@ bool Tracker::hidden(const View& view, const Eigen::Vector2d& uv) const {
   return !view.weights.dynamic.size().empty() && view.weights.in_dynamic(camera_.distort(uv));
 }
 
-// The lines of the local map that show outside dynamic regions.
+// The same of a line from start to end.
+bool Tracker::hidden(const View& view, const Eigen::Vector2d& start, const Eigen::Vector2d& end) const {
+  return !view.weights.dynamic.size().empty() &&
+         view.weights.dynamic_share(camera_.distort(start), camera_.distort(end)) >
+             options_.max_dynamic_share;
+}
+
+// The lines of the local map that show outside dynamic regions. One that is partly hidden may still be found
+// by the rest of it; where it is not, it was not to be expected.
 LineSights Tracker::look_for_lines(const View& view, const SE3& T_cw, double radius) const {
   LineSights sights = line_tracker_.look(view.grey, T_cw, *map_, radius);
-  if (view.weights.dynamic.size().empty()) return sights;
-  std::erase_if(sights.found, [&](const LineSight& sight) {
-    return view.weights.dynamic_share(camera_.distort(sight.at.start), camera_.distort(sight.at.end)) >
-           options_.max_dynamic_share;
+  std::erase_if(sights.found,
+                [&](const LineSight& sight) { return hidden(view, sight.at.start, sight.at.end); });
+  std::erase_if(sights.visible, [&](int index) {
+    const LocalLine& line = map_->lines[static_cast<std::size_t>(index)];
+    const auto part = line_visibility_.visible_part(T_cw, line.start, line.end);
+    return part && hidden(view, part->first, part->second) &&
+           std::none_of(sights.found.begin(), sights.found.end(),
+                        [&](const LineSight& sight) { return sight.line == index; });
   });
   return sights;
 }

@@ -12,6 +12,7 @@
 #include "geometry/camera.hpp"
 #include "map/local_map.hpp"
 #include "tracking/line_tracker.hpp"
+#include "tracking/line_visibility.hpp"
 #include "tracking/motion_model.hpp"
 #include "tracking/pose_optimizer.hpp"
 #include "tracking/relocalizer.hpp"
@@ -147,6 +148,7 @@ class Tracker {
   [[nodiscard]] bool lost() const { return frames_lost_ > 0; }
   [[nodiscard]] Placement place_in_local_map(const View& view, const Placement& start, double radius) const;
   [[nodiscard]] bool hidden(const View& view, const Eigen::Vector2d& uv) const;
+  [[nodiscard]] bool hidden(const View& view, const Eigen::Vector2d& start, const Eigen::Vector2d& end) const;
   [[nodiscard]] LineSights look_for_lines(const View& view, const SE3& T_cw, double radius) const;
   void count_sightings(const Placement& placement);
   /// What speaks for a pose, counted in points.
@@ -162,6 +164,7 @@ class Tracker {
   TrackerOptions options_;
   PoseOptimizer optimizer_;
   Visibility visibility_;
+  LineVisibility line_visibility_;
   LineTracker line_tracker_;
   Relocalizer relocalizer_;
   MotionModel motion_;
