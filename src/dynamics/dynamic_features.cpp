@@ -94,20 +94,27 @@ RegionEvidence DynamicFeatures::evidence_on(InstanceId id, const PointMotion& mo
   return evidence;
 }
 
-bool DynamicFeatures::dynamic(const TrackedInstance& instance, const RegionEvidence& evidence) {
+RegionVerdict DynamicFeatures::judge(const TrackedInstance& instance, const RegionEvidence& evidence) {
+  RegionVerdict verdict{.evidence = evidence};
   const bool contour = evidence.contour == MotionState::kMoving;
-  if (options_.rule == "off") return false;
-  if (options_.rule == "contours") return contour;
-  if (options_.rule == "algorithm1") {
-    const auto enough = [&](int moved, int all) { return all > 0 && moved >= options_.region_share * all; };
-    const bool by_points = enough(evidence.moved_points, evidence.points);
-    const bool by_lines = options_.lines.check == "off" || enough(evidence.moved_lines, evidence.lines);
-    return contour || (by_points && by_lines);
+  if (options_.rule == "contours") verdict.dynamic = contour;
+  if (options_.rule == "algorithm1") verdict.dynamic = contour || by_algorithm1(evidence);
+  if (options_.rule == "evidence") {
+    const std::string& name = instance.instance.class_name;
+    verdict.belief = belief_.update(instance.id, frame_->index, name, evidence);
+    // With hardly anything else to go by, nobody is removed for what he is.
+    const double presumption = enough_witnesses_ ? 0.0 : std::max(0.0, belief_.prior(name));
+    verdict.dynamic = verdict.belief > presumption;
   }
-  const std::string& name = instance.instance.class_name;
-  const double belief = belief_.update(instance.id, frame_->index, name, evidence);
-  // With hardly anything else to go by, nobody is removed for what he is.
-  return (enough_witnesses_ ? belief : belief - std::max(0.0, belief_.prior(name))) > 0.0;
+  return verdict;
+}
+
+// Algorithm 1 of the paper: S1, regions with enough dynamic points, and S2, with enough dynamic lines, where
+// lines are looked at.
+bool DynamicFeatures::by_algorithm1(const RegionEvidence& evidence) const {
+  const auto enough = [&](int moved, int all) { return all > 0 && moved >= options_.region_share * all; };
+  return enough(evidence.moved_points, evidence.points) &&
+         (options_.lines.check == "off" || enough(evidence.moved_lines, evidence.lines));
 }
 
 FeatureWeights DynamicFeatures::decide(const std::optional<SE3>& T_cw, const Verdict& contour) {
@@ -116,9 +123,8 @@ FeatureWeights DynamicFeatures::decide(const std::optional<SE3>& T_cw, const Ver
   auto regions = std::make_shared<std::vector<Region>>();
   for (const TrackedInstance& instance : instances_) {
     const RegionEvidence evidence = evidence_on(instance.id, motion, contour);
-    Region region{instance.id, instance.instance.mask, dynamic(instance, evidence), evidence,
-                  belief_.of(instance.id, instance.instance.class_name)};
-    if (region.dynamic) {
+    Region region{instance.id, instance.instance.mask, judge(instance, evidence)};
+    if (region.verdict.dynamic) {
       region.mask = dilated(region.mask, options_.growth);
       if (weights.dynamic.size().empty()) weights.dynamic = BitMask(region.mask.size());
       weights.dynamic |= region.mask;

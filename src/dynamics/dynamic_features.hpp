@@ -93,7 +93,8 @@ class DynamicFeatures {
   [[nodiscard]] PointMotion point_motion(const std::optional<SE3>& T_cw) const;
   [[nodiscard]] RegionEvidence evidence_on(InstanceId id, const PointMotion& motion,
                                            const Verdict& contour) const;
-  [[nodiscard]] bool dynamic(const TrackedInstance& instance, const RegionEvidence& evidence);
+  [[nodiscard]] RegionVerdict judge(const TrackedInstance& instance, const RegionEvidence& evidence);
+  [[nodiscard]] bool by_algorithm1(const RegionEvidence& evidence) const;
   void weigh(const PointMotion& motion, FeatureWeights& weights) const;
 
   DynamicsOptions options_;

@@ -11,13 +11,18 @@
 
 namespace ipl_slam {
 
-/// A prior region of a frame and what was decided on it.
-struct Region {
-  InstanceId id;
-  BitMask mask;          ///< as segmented; grown where `dynamic` (paper, section 3.4)
+/// What was decided on a prior region in one frame, and by what.
+struct RegionVerdict {
   bool dynamic = false;  ///< its features are removed
   RegionEvidence evidence;
-  double belief = 0.0;  ///< log odds that it moves (RegionBelief)
+  double belief = 0.0;  ///< log odds that it moves (RegionBelief); 0 where the rule does not ask
+};
+
+/// A prior region of a frame.
+struct Region {
+  InstanceId id;
+  BitMask mask;  ///< as segmented; grown where it is dynamic (paper, section 3.4)
+  RegionVerdict verdict = {};
 };
 
 /// Whether the pixel nearest to a position is on; false outside the mask.

@@ -43,7 +43,7 @@ void LocalMapper::remove_movers(const FeatureWeights& weights) {
   removed_.clear();
   if (!weights.regions) return;
   for (const Region& region : *weights.regions) {
-    if (!region.dynamic) continue;
+    if (!region.verdict.dynamic) continue;
     const RemovedLandmarks gone = remove_landmarks_on(map_, region.id);
     if (gone.points + gone.lines > 0) removed_.push_back({region.id, gone});
   }

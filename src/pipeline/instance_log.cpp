@@ -26,6 +26,16 @@ Json instance_json(const InstanceRecord& record, std::size_t frame, const Dynami
     json["state"] = to_string(verdict->state);
     json["dynamic"] = verdict->state == MotionState::kMoving || dynamic.contains(record.id, frame);
   }
+  if (const auto& region = record.region) {
+    const RegionEvidence& e = region->evidence;
+    json["removed"] = region->dynamic;
+    json["belief"] = rounded(region->belief);
+    json["moved_points"] = {e.moved_points, e.points};
+    json["moved_lines"] = {e.moved_lines, e.lines};
+  }
+  if (record.removed.points + record.removed.lines > 0) {
+    json["landmarks_removed"] = {{"points", record.removed.points}, {"lines", record.removed.lines}};
+  }
   return json;
 }
 

@@ -80,7 +80,7 @@ cv::Mat draw_instances(const cv::Mat& image, const std::vector<TrackedInstance>&
   }
   if (weights.regions) {
     for (const Region& region : *weights.regions) {
-      if (region.dynamic) draw_dashed(picture, outlines_of(region.mask));
+      if (region.verdict.dynamic) draw_dashed(picture, outlines_of(region.mask));
     }
   }
   for (const TrackedInstance& tracked : instances) {

@@ -115,8 +115,8 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   result.keypoints = frame->features.size();
   result.inliers = tracked.inliers;
   result.lines = static_cast<int>(tracked.lines.size());
-  result.instances = instance_records();
   last_tracked_ = std::move(tracked);
+  result.instances = instance_records();
   return result;
 }
 
@@ -130,6 +130,9 @@ std::vector<InstanceRecord> Pipeline::instance_records() const {
   for (const TrackedInstance& tracked : last_instances_) {
     records.push_back(record_of(tracked));
     records.back().verdict = instances_->verdict(tracked.id);
+    for (const Region& region : *last_tracked_.weights.regions) {
+      if (region.id == tracked.id) records.back().region = region.verdict;
+    }
   }
   return records;
 }

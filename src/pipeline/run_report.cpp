@@ -88,11 +88,12 @@ Json timing_json(const SequenceRun& run, const InstanceTimes& instances) {
           {"segmentation", distribution(instances.segmentation)},
           {"tracks", distribution(instances.tracks)},
           {"contours", distribution(instances.contours)},
+          {"dynamics", stage_times(run, [](const FrameRecord& f) { return f.result.times.dynamics; })},
           {"tracking", stage_times(run, [](const FrameRecord& f) { return f.result.times.tracking; })},
           {"frame", stage_times(run,
                                 [](const FrameRecord& f) {
                                   const FrameTimes& t = f.result.times;
-                                  return t.features + t.instances + t.tracking;
+                                  return t.features + t.instances + t.dynamics + t.tracking;
                                 })},
           {"lines", stage_times(run, &FrameRecord::lines)},
           {"mapping", stage_times(run, &FrameRecord::mapping)}};
@@ -165,13 +166,15 @@ Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& m
 
 std::string timings_csv(const SequenceRun& run) {
   std::string csv =
-      "frame,timestamp,state,keypoints,inliers,lines,keyframe,load_ms,features_ms,instances_ms,tracking_ms,"
+      "frame,timestamp,state,keypoints,inliers,lines,keyframe,load_ms,features_ms,instances_ms,dynamics_ms,"
+      "tracking_ms,"
       "lines_ms,mapping_ms\n";
   for (const FrameRecord& f : run.frames) {
-    csv += fmt::format("{},{:.6f},{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", f.index,
+    csv += fmt::format("{},{:.6f},{},{},{},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", f.index,
                        f.timestamp, to_string(f.result.state), f.result.keypoints, f.result.inliers,
                        f.result.lines, f.result.keyframe ? 1 : 0, f.load, f.result.times.features,
-                       f.result.times.instances, f.result.times.tracking, f.lines, f.mapping);
+                       f.result.times.instances, f.result.times.dynamics, f.result.times.tracking, f.lines,
+                       f.mapping);
   }
   return csv;
 }

@@ -43,6 +43,11 @@ SequenceRun run_sequence(RgbdSource& source, Pipeline& pipeline, const RunHooks&
       if (it == by_frame.end()) continue;
       f.lines = it->second.lines;
       f.mapping = it->second.mapping;
+      for (const auto& [region, gone] : it->second.removed) {
+        for (InstanceRecord& i : f.result.instances) {
+          if (i.id == region) i.removed = gone;
+        }
+      }
     }
   });
   return run;

@@ -60,7 +60,7 @@ TEST(InstanceOverlay, OutlinesRegionsWhoseFeaturesAreRemovedInRedAndWhite) {
   const auto drawn = [&](bool dynamic) {
     FeatureWeights weights;
     weights.regions = std::make_shared<const std::vector<Region>>(
-        std::vector<Region>{{InstanceId{3}, square(grown).instance.mask, dynamic, {}, 0.0}});
+        std::vector<Region>{{InstanceId{3}, square(grown).instance.mask, {.dynamic = dynamic}}});
     return draw_instances(grey, {square({60, 60, 80, 60})}, {}, weights);
   };
   const cv::Mat with = drawn(true), without = drawn(false);
