@@ -14,7 +14,7 @@ namespace ipl_slam {
 /// What was decided on a prior region in one frame, and by what.
 struct RegionVerdict {
   bool dynamic = false;  ///< its features are removed
-  RegionEvidence evidence;
+  RegionEvidence evidence = {};
   double belief = 0.0;  ///< log odds that it moves (RegionBelief); 0 where the rule does not ask
 };
 

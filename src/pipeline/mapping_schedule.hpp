@@ -15,7 +15,7 @@ namespace ipl_slam {
 /// How long a keyframe took, milliseconds, and what it took out.
 struct MappingRecord {
   std::size_t frame_index = 0;
-  double lines = 0.0;    ///< extraction of its lines
+  double lines = 0.0;    ///< extraction of its lines, comparison with the keyframe before
   double mapping = 0.0;  ///< the mapper
   /// Landmarks that left the map because they sat on something that turned out to move.
   std::vector<std::pair<InstanceId, RemovedLandmarks>> removed = {};

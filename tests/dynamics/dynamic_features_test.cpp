@@ -139,12 +139,12 @@ TEST(DynamicFeatures, OnlyPointsWithDepthCountAsEnoughWitnesses) {
 TEST(DynamicFeatures, WithTooFewWitnessesNobodyIsRemovedForWhatHeIs) {
   DynamicsOptions o = options("evidence");
   Sequence enough(o);
-  EXPECT_TRUE(only_region(enough.step({kPerson})).dynamic);
+  EXPECT_TRUE(only_region(enough.step({kPerson})).verdict.dynamic);
   o.min_witnesses = kOutside + 1;
   Sequence few(o);
-  EXPECT_FALSE(only_region(few.step({kPerson})).dynamic);
+  EXPECT_FALSE(only_region(few.step({kPerson})).verdict.dynamic);
   few.move_in_box(kInBox);
-  EXPECT_TRUE(only_region(few.step({kPerson})).dynamic) << "for what he does he is";
+  EXPECT_TRUE(only_region(few.step({kPerson})).verdict.dynamic) << "for what he does he is";
 }
 
 TEST(DynamicFeatures, WithoutARuleNothingIsRemoved) {
@@ -155,8 +155,9 @@ TEST(DynamicFeatures, WithoutARuleNothingIsRemoved) {
   const FeatureWeights weights = run.step({kPerson});
   EXPECT_EQ(weights.points, std::vector<double>(PointGrid::kSize, 1.0));
   EXPECT_TRUE(weights.dynamic.size().empty());
-  EXPECT_FALSE(only_region(weights).dynamic);
-  EXPECT_EQ(only_region(weights).evidence.moved_points, static_cast<int>(kInBox)) << "it is seen, though";
+  EXPECT_FALSE(only_region(weights).verdict.dynamic);
+  EXPECT_EQ(only_region(weights).verdict.evidence.moved_points, static_cast<int>(kInBox))
+      << "it is seen, though";
 }
 
 TEST(DynamicFeatures, EveryRegionIsReportedWithItsEvidence) {
@@ -168,11 +169,11 @@ TEST(DynamicFeatures, EveryRegionIsReportedWithItsEvidence) {
   const FeatureWeights weights = run.step({kChair});
   const Region& region = only_region(weights);
   EXPECT_EQ(region.id, kFirst);
-  EXPECT_EQ(region.evidence.points, static_cast<int>(kInBox));
-  EXPECT_EQ(region.evidence.moved_points, 2);
-  EXPECT_EQ(region.evidence.lines, 4);
-  EXPECT_EQ(region.evidence.moved_lines, 1);
-  EXPECT_EQ(region.evidence.contour, MotionState::kStill);
+  EXPECT_EQ(region.verdict.evidence.points, static_cast<int>(kInBox));
+  EXPECT_EQ(region.verdict.evidence.moved_points, 2);
+  EXPECT_EQ(region.verdict.evidence.lines, 4);
+  EXPECT_EQ(region.verdict.evidence.moved_lines, 1);
+  EXPECT_EQ(region.verdict.evidence.contour, MotionState::kStill);
   for (std::size_t k = 0; k < PointGrid::kSize; ++k) {
     EXPECT_EQ(weights.point_regions[k], in_box(k) ? kFirst : InstanceId{});
   }
@@ -186,7 +187,7 @@ TEST(DynamicFeatures, ContoursRemoveWhatTheyFoundMoving) {
     run.move_in_box(kInBox);
     const FeatureWeights weights = run.step({kPerson});
     const bool moving = contour == MotionState::kMoving;
-    EXPECT_EQ(only_region(weights).dynamic, moving);
+    EXPECT_EQ(only_region(weights).verdict.dynamic, moving);
     for (std::size_t k = 0; k < PointGrid::kSize; ++k) {
       EXPECT_EQ(weights.point(k), moving && in_box(k) ? 0.0 : 1.0);
     }
@@ -203,7 +204,7 @@ struct Algorithm1 {
     (void)run.step({kPerson});
     run.move_in_box(points);
     run.dynamics.add_lines({{kFirst, lines, moved_lines}});
-    return only_region(run.step({kPerson})).dynamic;
+    return only_region(run.step({kPerson})).verdict.dynamic;
   }
   MotionState contour = MotionState::kCandidate;
   std::size_t points = 0;
@@ -224,7 +225,7 @@ TEST(DynamicFeatures, Algorithm1RemovesWherePointsAndLinesMove) {
   EXPECT_TRUE((Algorithm1{.points = 9, .lines = 0, .line_check = "off"}).removes());
 }
 
-TEST(DynamicFeatures, Algorithm1TakesBothSets) {
+TEST(DynamicFeatures, Algorithm1TakesContoursAndFeaturesTogether) {
   EXPECT_TRUE((Algorithm1{.contour = MotionState::kMoving, .points = 9, .moved_lines = 10}).removes());
   EXPECT_TRUE((Algorithm1{.contour = MotionState::kStill, .points = 9, .moved_lines = 10}).removes());
 }
@@ -241,29 +242,29 @@ TEST(DynamicFeatures, Algorithm1GoesByAKeyframesLinesUntilTheNext) {
   run.dynamics.add_lines({{kFirst, 10, 10}});
   for (int i = 0; i < 3; ++i) {
     run.move_in_box(kInBox);
-    EXPECT_TRUE(only_region(run.step({kPerson})).dynamic);
+    EXPECT_TRUE(only_region(run.step({kPerson})).verdict.dynamic);
   }
   run.dynamics.add_lines({{kFirst, 10, 0}});
   run.move_in_box(kInBox);
-  EXPECT_FALSE(only_region(run.step({kPerson})).dynamic);
+  EXPECT_FALSE(only_region(run.step({kPerson})).verdict.dynamic);
 }
 
 TEST(DynamicFeatures, EvidenceHearsAKeyframesLinesOnce) {
   Sequence run(options("evidence"));
   (void)run.step({kPerson});
   run.dynamics.add_lines({{kFirst, 10, 10}});
-  EXPECT_EQ(only_region(run.step({kPerson})).evidence.lines, 10);
-  EXPECT_EQ(only_region(run.step({kPerson})).evidence.lines, 0);
+  EXPECT_EQ(only_region(run.step({kPerson})).verdict.evidence.lines, 10);
+  EXPECT_EQ(only_region(run.step({kPerson})).verdict.evidence.lines, 0);
 }
 
 TEST(DynamicFeatures, EvidenceKeepsAPersonWhoIsSeenToKeepStill) {
   Sequence run(options("evidence"));
   FeatureWeights weights = run.step({kPerson});
-  EXPECT_TRUE(only_region(weights).dynamic) << "nothing was seen yet: people move";
-  EXPECT_NEAR(only_region(weights).belief, 1.0, 1e-12);
+  EXPECT_TRUE(only_region(weights).verdict.dynamic) << "nothing was seen yet: people move";
+  EXPECT_NEAR(only_region(weights).verdict.belief, 1.0, 1e-12);
   weights = run.step({kPerson});  // 9 still points are worth more than a frame may count
-  EXPECT_FALSE(only_region(weights).dynamic);
-  EXPECT_NEAR(only_region(weights).belief, 1.0 - 2.0, 1e-12);
+  EXPECT_FALSE(only_region(weights).verdict.dynamic);
+  EXPECT_NEAR(only_region(weights).verdict.belief, 1.0 - 2.0, 1e-12);
   EXPECT_EQ(weights.points, std::vector<double>(PointGrid::kSize, 1.0));
 }
 
@@ -271,14 +272,14 @@ TEST(DynamicFeatures, EvidenceRemovesWhatIsSeenToMoveAndNothingElse) {
   Sequence run(options("evidence"));
   const TrackedInstance other = box_instance(kSecond.value, "chair", {420, 170, 141, 141});
   FeatureWeights weights = run.step({kChair, other});
-  EXPECT_FALSE(weights.regions->at(0).dynamic || weights.regions->at(1).dynamic);
+  EXPECT_FALSE(weights.regions->at(0).verdict.dynamic || weights.regions->at(1).verdict.dynamic);
   for (int i = 0; i < 2; ++i) {  // -2 + 2, then + 0.8 * 2
     run.move_in_box(kInBox);
     weights = run.step({kChair, other});
   }
-  EXPECT_TRUE(weights.regions->at(0).dynamic);
-  EXPECT_NEAR(weights.regions->at(0).belief, -2.0 + 3.6, 1e-12);
-  EXPECT_FALSE(weights.regions->at(1).dynamic);
+  EXPECT_TRUE(weights.regions->at(0).verdict.dynamic);
+  EXPECT_NEAR(weights.regions->at(0).verdict.belief, -2.0 + 3.6, 1e-12);
+  EXPECT_FALSE(weights.regions->at(1).verdict.dynamic);
   for (std::size_t k = 0; k < PointGrid::kSize; ++k) EXPECT_EQ(weights.point(k), in_box(k) ? 0.0 : 1.0);
 }
 
@@ -287,8 +288,8 @@ TEST(DynamicFeatures, TheCamerasOwnMotionIsNoEvidence) {
   (void)run.step({kPerson}, camera_at({0.0, 0.0, 0.0}));
   // The person's mask moves with the picture by 10 px and more; the points in it stay in it.
   const FeatureWeights weights = run.step({kPerson}, camera_at({0.03, 0.01, 0.02}, 0.01, 0.01));
-  EXPECT_GE(only_region(weights).evidence.points, 6);
-  EXPECT_EQ(only_region(weights).evidence.moved_points, 0);
+  EXPECT_GE(only_region(weights).verdict.evidence.points, 6);
+  EXPECT_EQ(only_region(weights).verdict.evidence.moved_points, 0);
 }
 
 TEST(DynamicFeatures, DynamicRegionsGrow) {
@@ -341,18 +342,18 @@ TEST(DynamicFeatures, APointInABedAndOnAPersonIsNoWitness) {
 TEST(DynamicFeatures, TheFirstFrameHasNothingToBeComparedWith) {
   Sequence run(options("evidence"));
   const FeatureWeights weights = run.step({kChair});
-  EXPECT_EQ(only_region(weights).evidence.points, 0);
+  EXPECT_EQ(only_region(weights).verdict.evidence.points, 0);
   EXPECT_EQ(weights.points, std::vector<double>(PointGrid::kSize, 1.0));
 }
 
 TEST(DynamicFeatures, AfterTheCameraWasLostNothingIsComparedOnce) {
   Sequence run(options("evidence"));
   (void)run.step({kChair});
-  EXPECT_EQ(only_region(run.step({kChair}, std::nullopt)).evidence.points, 0) << "there is no pose";
+  EXPECT_EQ(only_region(run.step({kChair}, std::nullopt)).verdict.evidence.points, 0) << "there is no pose";
   run.move_in_box(kInBox);
-  EXPECT_EQ(only_region(run.step({kChair})).evidence.points, 0) << "there was none before";
+  EXPECT_EQ(only_region(run.step({kChair})).verdict.evidence.points, 0) << "there was none before";
   run.move_in_box(kInBox);
-  EXPECT_EQ(only_region(run.step({kChair})).evidence.moved_points, static_cast<int>(kInBox));
+  EXPECT_EQ(only_region(run.step({kChair})).verdict.evidence.moved_points, static_cast<int>(kInBox));
 }
 
 TEST(DynamicFeatures, BearsAFrameWithoutKeypointsAndAnEmptyMask) {
@@ -364,7 +365,7 @@ TEST(DynamicFeatures, BearsAFrameWithoutKeypointsAndAnEmptyMask) {
     run.contour = MotionState::kMoving;
     const FeatureWeights empty = run.step({box_instance(kFirst.value, "person", {0, 0, 0, 0})});
     EXPECT_EQ(empty.points, std::vector<double>(PointGrid::kSize, 1.0));
-    EXPECT_EQ(only_region(empty).evidence.points, 0);
+    EXPECT_EQ(only_region(empty).verdict.evidence.points, 0);
   }
 }
 

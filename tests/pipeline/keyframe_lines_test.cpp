@@ -35,17 +35,17 @@ BitMask columns(int first, int last) {
 }
 
 Region still(InstanceId id, BitMask mask) {
-  return {.id = id, .mask = std::move(mask), .dynamic = false, .evidence = {}};
+  return {.id = id, .mask = std::move(mask), .verdict = {.dynamic = false}};
 }
 Region moving(InstanceId id, BitMask mask) {
-  return {.id = id, .mask = std::move(mask), .dynamic = true, .evidence = {}};
+  return {.id = id, .mask = std::move(mask), .verdict = {.dynamic = true}};
 }
 
 // What was decided on a frame with these regions.
 FeatureWeights weights_of(std::vector<Region> regions) {
   FeatureWeights weights;
   for (const Region& region : regions) {
-    if (!region.dynamic) continue;
+    if (!region.verdict.dynamic) continue;
     if (weights.dynamic.size().empty()) weights.dynamic = BitMask(region.mask.size());
     weights.dynamic |= region.mask;
   }

@@ -90,11 +90,11 @@ TEST(MappingSchedule, LinesThatAreThereAreNotExtractedAgain) {
   NewKeyframe keyframe = keyframes(1)[0];
   const auto lines = std::make_shared<const LineFeatures>();
   keyframe.candidate.lines = lines;
+  keyframe.grey = cv::Mat::zeros(10, 10, CV_8UC1);  // not of the camera's size: it could not be done
   for (const auto& schedule : both_schedules()) {
-    schedule->start(keyframe);
-    schedule->read([&](const Map& map, const std::vector<MappingRecord>& times) {
+    EXPECT_NO_THROW(schedule->start(keyframe));
+    schedule->read([&](const Map& map, const std::vector<MappingRecord>&) {
       EXPECT_EQ(map.keyframes()[KeyframeId{0}].line_features, lines);
-      EXPECT_EQ(times.at(0).lines, 0.0);
     });
   }
 }
