@@ -90,6 +90,8 @@ TEST(MoverRemoval, ALandmarkSeenElsewhereAsOftenLosesTheseObservationsOnly) {
   const RemovedLandmarks removed = remove_landmarks_on(scene.map, kMover);
   EXPECT_EQ(removed.points, 0);
   EXPECT_EQ(removed.lines, 0);
+  ASSERT_TRUE(scene.map.points().contains(point));
+  ASSERT_TRUE(scene.map.lines().contains(line));
   const auto& points = scene.map.points()[point].observations;
   const auto& lines = scene.map.lines()[line].observations;
   ASSERT_EQ(points.size(), 2U);
@@ -143,6 +145,7 @@ TEST(MoverRemoval, KeyframesWithoutRegionsSawNothingOnIt) {
   const PointId seen_on_it = map.add_point({0.0, 0.0, 2.0}, KeyframeId{1}, 1);
   EXPECT_EQ(remove_landmarks_on(map, kMover).points, 1);
   EXPECT_FALSE(map.points().contains(seen_on_it));
+  ASSERT_TRUE(map.points().contains(seen_twice));
   EXPECT_EQ(map.points()[seen_twice].observations.size(), 1U);
   expect_consistent(map);
 }

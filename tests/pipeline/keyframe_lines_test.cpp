@@ -188,7 +188,7 @@ TEST(KeyframeLines, CountsTheLinesOfEachRegionAndThoseThatMoved) {
 TEST(KeyframeLines, TheCamerasOwnMotionIsTakenOut) {
   // From one camera to the next 0.05 m to the right: 13 px, and 10 px up.
   KeyframeLines lines = keyframe_lines();
-  const SE3 T_first = camera_at({0.1, 0.0, 0.0}), T_second = camera_at({0.15, 0.04, 0.0});
+  const SE3 T_first = camera_at({0.1, -0.06, 0.0}), T_second = camera_at({0.15, -0.02, 0.0});
   NewKeyframe first = with_lines(level_edges(kStarts, T_first), left_and_right(), T_first);
   (void)lines.process(first);
   NewKeyframe second = with_lines(level_edges(kStarts, T_second), left_and_right(), T_second);
