@@ -80,8 +80,8 @@ TEST(RunSummary, HoldsVersionSettingCameraMapAndTimes) {
   EXPECT_GT(json["map"]["landmarks"], 100);
   EXPECT_GT(json["peak_memory_bytes"], 1 << 20);
   EXPECT_GT(json["frames_per_second"], 0.0);
-  for (const char* stage :
-       {"load", "features", "instances", "segmentation", "tracks", "contours", "tracking", "frame"}) {
+  for (const char* stage : {"load", "features", "instances", "segmentation", "tracks", "contours", "dynamics",
+                            "tracking", "frame"}) {
     const auto& times = json["timing_ms"][stage];
     EXPECT_EQ(times["count"], 8) << stage;
     EXPECT_LE(times["p50"], times["p90"]) << stage;
@@ -101,7 +101,7 @@ TEST(TimingsCsv, HasALinePerProcessedFrameWithAsManyFieldsAsItsHeader) {
   std::getline(csv, header);
   EXPECT_EQ(header,
             "frame,timestamp,state,keypoints,inliers,lines,keyframe,load_ms,features_ms,instances_ms,"
-            "tracking_ms,lines_ms,mapping_ms");
+            "dynamics_ms,tracking_ms,lines_ms,mapping_ms");
   std::vector<std::string> lines;
   while (std::getline(csv, line)) lines.push_back(line);
   ASSERT_EQ(lines.size(), 8U);
