@@ -78,9 +78,20 @@ PointMotion DynamicFeatures::point_motion(const std::optional<SE3>& T_cw) const 
   return points_.compare(*before_->frame, *frame_, T_now_before, witness_);
 }
 
+// Share of the witnesses that seem to move: what the first pose and the matching got wrong in this frame.
+double DynamicFeatures::moved_witnesses(const PointMotion& motion) const {
+  int judged = 0, moved = 0;
+  for (std::size_t k = 0; k < witness_.size(); ++k) {
+    if (!witness_[k] || !motion.judged[k]) continue;
+    ++judged;
+    moved += motion.dynamic[k];
+  }
+  return judged > 0 ? static_cast<double>(moved) / judged : 0.0;
+}
+
 RegionEvidence DynamicFeatures::evidence_on(InstanceId id, const PointMotion& motion,
                                             const Verdict& contour) const {
-  RegionEvidence evidence{.contour = contour(id)};
+  RegionEvidence evidence{.contour = contour(id), .moved_elsewhere = moved_witnesses(motion)};
   for (std::size_t k = 0; k < region_of_.size(); ++k) {
     if (region_of_[k] != id || !motion.judged[k]) continue;
     ++evidence.points;
@@ -137,6 +148,10 @@ FeatureWeights DynamicFeatures::decide(const std::optional<SE3>& T_cw, const Ver
   weights.regions = std::move(regions);
   weights.point_regions = region_of_;
   weigh(motion, weights);
+  const double left = weights.dynamic.size().empty()
+                          ? 1.0
+                          : 1.0 - static_cast<double>(weights.dynamic.area()) / weights.dynamic.size().area();
+  feature_factor_ = std::min(1.0 / std::max(left, 1e-3), options_.max_feature_factor);
   return weights;
 }
 

@@ -24,6 +24,7 @@ struct DynamicsOptions {
   int min_witnesses = 100;
   std::string weights = "off";
   double min_weight = 0.05;
+  double max_feature_factor = 2.0;
   PointMotionOptions points;
   LineMotionOptions lines;
   RegionBeliefOptions belief;
@@ -47,6 +48,9 @@ struct DynamicsOptions {
         "how much each point may say: off = all alike; distance = by the distance it moved beside that of "
         "the others (paper); residual = by its residual beside its own noise");
     v.number("min_weight", min_weight, {0.0, 1.0, "1", "a point with a smaller weight is dropped"});
+    v.number("max_feature_factor", max_feature_factor,
+             {1.0, 10.0, "1",
+              "largest factor by which the number of points grows to make up for those in dynamic regions"});
     v.section("points", points, "which points move");
     v.section("lines", lines, "which lines move");
     v.section("belief", belief, "evidence: what speaks for motion, and how loud");
@@ -76,6 +80,9 @@ class DynamicFeatures {
   /// Weights of that frame's features. T_cw: a first pose from the witnesses, where there is one; `contour`:
   /// what the contour window says of an instance.
   [[nodiscard]] FeatureWeights decide(const std::optional<SE3>& T_cw, const Verdict& contour);
+  /// By how much more points the next frame should have, for as many to be left as there are without anything
+  /// dynamic: 1 / (1 - share of the image that was removed from the last).
+  [[nodiscard]] double feature_factor() const { return feature_factor_; }
   /// Where that frame was placed; nothing where the camera is lost.
   void placed(const std::optional<SE3>& T_cw);
   /// What the lines of the newest keyframe tell about the regions in it.
@@ -91,6 +98,7 @@ class DynamicFeatures {
 
   [[nodiscard]] int call_witnesses(const std::function<bool(const TrackedInstance&)>& may_move);
   [[nodiscard]] PointMotion point_motion(const std::optional<SE3>& T_cw) const;
+  [[nodiscard]] double moved_witnesses(const PointMotion& motion) const;
   [[nodiscard]] RegionEvidence evidence_on(InstanceId id, const PointMotion& motion,
                                            const Verdict& contour) const;
   [[nodiscard]] RegionVerdict judge(const TrackedInstance& instance, const RegionEvidence& evidence);
@@ -108,7 +116,8 @@ class DynamicFeatures {
   std::vector<TrackedInstance> instances_;
   std::vector<InstanceId> region_of_;  // per keypoint; invalid = none
   std::vector<std::uint8_t> witness_;  // per keypoint
-  bool enough_witnesses_ = false;      // outside all that may move
+  double feature_factor_ = 1.0;
+  bool enough_witnesses_ = false;  // outside all that may move
 };
 
 }  // namespace ipl_slam

@@ -20,18 +20,22 @@ double RegionBelief::prior(std::string_view class_name) const {
   return options_.movable;
 }
 
-// Ratio of the binomial likelihoods of a mover and of something still.
-double RegionBelief::log_likelihood(int all, int moved) const {
-  return moved * std::log(options_.moved_on_mover / options_.moved_on_still) +
-         (all - moved) * std::log((1.0 - options_.moved_on_mover) / (1.0 - options_.moved_on_still));
+// Ratio of the binomial likelihoods of a mover and of something still. Nothing can be told in a frame in
+// which what is still seems to move as much as a mover.
+double RegionBelief::log_likelihood(int all, int moved, double moved_elsewhere) const {
+  const double on_mover = options_.moved_on_mover;
+  const double on_still = std::max(options_.moved_on_still, moved_elsewhere);
+  if (on_still >= on_mover) return 0.0;
+  return moved * std::log(on_mover / on_still) +
+         (all - moved) * std::log((1.0 - on_mover) / (1.0 - on_still));
 }
 
 double RegionBelief::update(InstanceId id, std::size_t frame, std::string_view class_name,
                             const RegionEvidence& evidence) {
   Record& record = records_[id];
   record.frame = frame;
-  const double seen = log_likelihood(evidence.points, evidence.moved_points) +
-                      log_likelihood(evidence.lines, evidence.moved_lines);
+  const double seen = log_likelihood(evidence.points, evidence.moved_points, evidence.moved_elsewhere) +
+                      log_likelihood(evidence.lines, evidence.moved_lines, 0.0);
   record.counted =
       std::clamp(options_.memory * record.counted + std::clamp(seen, -options_.per_frame, options_.per_frame),
                  -options_.most_still, options_.most_moving);

@@ -16,6 +16,7 @@ struct RegionEvidence {
   int points = 0, moved_points = 0;  ///< points that were judged; of these, those that moved
   int lines = 0, moved_lines = 0;
   MotionState contour = MotionState::kCandidate;  ///< verdict of the contour window
+  double moved_elsewhere = 0.0;  ///< share of the points outside all regions that seemed to move as well
 };
 
 /// Values are log odds: log(p / (1 - p)), 0 = even, 1 = 73 %, 3 = 95 %.
@@ -25,8 +26,8 @@ struct RegionBeliefOptions {
   double movable = -1.0;
   double background = -3.0;
   double contour = 3.0;
-  double moved_on_mover = 0.5;
-  double moved_on_still = 0.1;
+  double moved_on_mover = 0.7;
+  double moved_on_still = 0.15;
   double per_frame = 2.0;
   double memory = 0.8;
   double most_moving = 5.0;
@@ -46,8 +47,11 @@ struct RegionBeliefOptions {
     v.number("contour", contour, {0.0, 10.0, "log odds", "what the verdict of the contour window counts"});
     v.number("moved_on_mover", moved_on_mover,
              {0.01, 0.99, "share", "of the points or lines on something that moves, those found moving"});
-    v.number("moved_on_still", moved_on_still,
-             {0.01, 0.99, "share", "the same on something still: mismatches, noise, moving hands"});
+    v.number(
+        "moved_on_still", moved_on_still,
+        {0.01, 0.99, "share",
+         "the same on something still: mismatches, noise, moving hands; in frames where more of what lies "
+         "outside all regions seems to move (blur, a bad pose), that share"});
     v.number(
         "per_frame", per_frame,
         {0.0, 10.0, "log odds", "what points and lines of one frame may count at most: they err together"});
@@ -86,7 +90,7 @@ class RegionBelief {
     double counted = 0.0;  // of points and lines
     double belief = 0.0;
   };
-  [[nodiscard]] double log_likelihood(int all, int moved) const;
+  [[nodiscard]] double log_likelihood(int all, int moved, double moved_elsewhere) const;
 
   RegionBeliefOptions options_;
   std::map<InstanceId, Record> records_;

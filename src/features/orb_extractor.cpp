@@ -70,9 +70,9 @@ std::vector<double> level_sigma2(const OrbOptions& options) {
   return sigma2;
 }
 
-std::vector<int> level_quotas(const OrbOptions& options) {
+std::vector<int> level_quotas(const OrbOptions& options, double factor) {
   const double ratio = 1.0 / options.scale_factor;
-  double share = options.features * (1.0 - ratio) / (1.0 - std::pow(ratio, options.levels));
+  double share = factor * options.features * (1.0 - ratio) / (1.0 - std::pow(ratio, options.levels));
   std::vector<int> quotas(static_cast<std::size_t>(options.levels));
   double wanted = 0.0;
   int given = 0;
@@ -89,7 +89,6 @@ OrbExtractor::OrbExtractor(const OrbOptions& options, const Camera& camera, cons
                            ThreadPool* pool)
     : options_(options), camera_(camera), noise_(noise), pool_(pool) {
   check_options(options);
-  quotas_ = level_quotas(options);
   double scale = 1.0;
   for (int i = 0; i < options.levels; ++i, scale *= options.scale_factor) {
     const int width = static_cast<int>(std::lround(camera.width / scale));
@@ -140,11 +139,12 @@ void OrbExtractor::detect(Level& level) const {
   apply_adaptive_threshold(level.corners, level.area, options_.cell_size, options_.fast_threshold);
 }
 
-void OrbExtractor::choose_corners() {
+void OrbExtractor::choose_corners(double factor) {
+  const std::vector<int> quotas = level_quotas(options_, factor);
   // What a level cannot give, the next ones may: a blurred image has its corners on the coarse levels.
   int missing = 0;
   for (std::size_t i = 0; i < levels_.size(); ++i) {
-    const int wanted = quotas_[i] + missing;
+    const int wanted = quotas[i] + missing;
     const int given = std::min(wanted, static_cast<int>(levels_[i].corners.size()));
     missing = wanted - given;
     levels_[i].chosen.assign(static_cast<std::size_t>(given), 0);
@@ -190,11 +190,11 @@ void OrbExtractor::for_each_level(const std::function<void(std::size_t)>& fn) {
   }
 }
 
-Features OrbExtractor::extract(const cv::Mat& image, const cv::Mat& depth) {
+Features OrbExtractor::extract(const cv::Mat& image, const cv::Mat& depth, double factor) {
   check(image, depth);
   build_pyramid(image);
   for_each_level([this](std::size_t i) { detect(levels_[i]); });
-  choose_corners();
+  choose_corners(factor);
   for_each_level([this, &depth](std::size_t i) { describe(i, depth); });
   Features all;
   for (const Level& level : levels_) {

@@ -53,8 +53,8 @@ struct OrbOptions {
 [[nodiscard]] std::vector<double> level_sigma2(const OrbOptions& options);
 
 /// How many keypoints each level should give: a geometric series of ratio 1 / scale_factor that sums to
-/// options.features, as the images shrink by that ratio per side.
-[[nodiscard]] std::vector<int> level_quotas(const OrbOptions& options);
+/// `factor` times options.features, as the images shrink by that ratio per side.
+[[nodiscard]] std::vector<int> level_quotas(const OrbOptions& options, double factor = 1.0);
 
 /// Oriented FAST corners with steered BRIEF descriptors over an image pyramid (Rublee et al., "ORB: an
 /// efficient alternative to SIFT or SURF", ICCV 2011), spread evenly over the image by a quadtree, with the
@@ -69,8 +69,8 @@ class OrbExtractor {
 
   /// Keypoints level by level, in reading order within a level. `image` is CV_8UC1 or CV_8UC3 (BGR), `depth`
   /// CV_16UC1 in raw units or empty for none; both of the camera's size. Throws std::invalid_argument
-  /// otherwise.
-  [[nodiscard]] Features extract(const cv::Mat& image, const cv::Mat& depth);
+  /// otherwise. `factor` times options.features are looked for.
+  [[nodiscard]] Features extract(const cv::Mat& image, const cv::Mat& depth, double factor = 1.0);
 
  private:
   struct Level {
@@ -85,7 +85,7 @@ class OrbExtractor {
   void check(const cv::Mat& image, const cv::Mat& depth) const;
   void build_pyramid(const cv::Mat& image);
   void detect(Level& level) const;
-  void choose_corners();
+  void choose_corners(double factor);
   void describe(std::size_t index, const cv::Mat& depth);
   void for_each_level(const std::function<void(std::size_t)>& fn);
 
@@ -94,7 +94,6 @@ class OrbExtractor {
   DepthNoiseOptions noise_;
   ThreadPool* pool_;
   BriefDescriber describer_;
-  std::vector<int> quotas_;
   std::vector<Level> levels_;
 };
 

@@ -67,7 +67,7 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   Stopwatch stopwatch;
 
   const cv::Mat grey = noise_.add(to_grey(image.color), image.index);
-  Features features = extractor_.extract(grey, image.depth);
+  Features features = extractor_.extract(grey, image.depth, dynamics_.feature_factor());
   FeatureGrid grid(features);
   const auto frame = std::make_shared<const Frame>(
       Frame{image.index, image.timestamp, std::move(features), std::move(grid)});
