@@ -356,6 +356,21 @@ TEST(DynamicFeatures, AfterTheCameraWasLostNothingIsComparedOnce) {
   EXPECT_EQ(only_region(run.step({kChair})).verdict.evidence.moved_points, static_cast<int>(kInBox));
 }
 
+TEST(DynamicFeatures, MorePointsAreAskedForWherePartOfTheImageIsRemoved) {
+  DynamicsOptions o = options("contours");
+  o.max_feature_factor = 1.5;
+  Sequence run(o);
+  EXPECT_EQ(run.dynamics.feature_factor(), 1.0);
+  run.contour = MotionState::kMoving;
+  (void)run.step({kPerson});
+  EXPECT_NEAR(run.dynamics.feature_factor(), 1.0 / (1.0 - 141.0 * 141.0 / (640.0 * 480.0)), 1e-12);
+  (void)run.step({box_instance(kFirst.value, "person", {0, 0, 640, 480})});
+  EXPECT_EQ(run.dynamics.feature_factor(), 1.5);
+  run.contour = MotionState::kStill;
+  (void)run.step({kPerson});
+  EXPECT_EQ(run.dynamics.feature_factor(), 1.0);
+}
+
 TEST(DynamicFeatures, BearsAFrameWithoutKeypointsAndAnEmptyMask) {
   for (const char* rule : {"off", "contours", "algorithm1", "evidence"}) {
     Sequence run(options(rule));

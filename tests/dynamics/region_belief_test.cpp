@@ -74,6 +74,18 @@ TEST(RegionBelief, LinesCountAsPointsDo) {
   EXPECT_NEAR(belief.update(InstanceId{1}, 0, "person", both), 1.0 + kMoved + 3.0 * kStill, 1e-12);
 }
 
+TEST(RegionBelief, PointsSayLessWhereWhatIsStillSeemsToMoveToo) {
+  RegionBelief belief(without_caps());
+  const auto update = [&](std::uint32_t id, double elsewhere) {
+    return belief.update(InstanceId{id}, 0, "person",
+                         {.points = 3, .moved_points = 2, .moved_elsewhere = elsewhere});
+  };
+  EXPECT_NEAR(update(0, 0.05), 1.0 + 2.0 * kMoved + kStill, 1e-12) << "no more than is usual";
+  EXPECT_NEAR(update(1, 0.25), 1.0 + 2.0 * std::log(2.0) + std::log(2.0 / 3.0), 1e-12);
+  EXPECT_EQ(update(2, 0.5), 1.0) << "as much as on a mover";
+  EXPECT_EQ(update(3, 1.0), 1.0);
+}
+
 TEST(RegionBelief, OneFrameCountsOnlySoMuch) {
   RegionBelief belief(options());
   EXPECT_NEAR(belief.update(InstanceId{0}, 0, "person", points(100, 100)), 1.0 + 2.0, 1e-12);
