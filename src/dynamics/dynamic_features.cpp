@@ -24,6 +24,17 @@ double residual_weight(double surprise, double threshold, double min_weight) {
 
 }  // namespace
 
+DynamicsOptions paper_dynamics() {
+  DynamicsOptions options;
+  options.rule = "algorithm1";
+  options.weights = "distance";
+  options.min_gap = 0.0;
+  options.max_feature_factor = 1.0;
+  options.points.check = "epipolar";
+  options.lines.check = "angle";
+  return options;
+}
+
 DynamicFeatures::DynamicFeatures(const Camera& camera, const ScalePyramid& pyramid,
                                  const DynamicsOptions& options, std::uint64_t seed)
     : options_(options), points_(camera, pyramid, options.points, seed), belief_(options.belief) {}
@@ -32,6 +43,10 @@ const std::vector<std::uint8_t>& DynamicFeatures::locate(std::shared_ptr<const F
                                                          const std::vector<TrackedInstance>& instances) {
   frame_ = std::move(frame);
   instances_ = instances;
+  const auto old_enough = [&](const Placed& p) {
+    return frame_->timestamp - p.frame->timestamp >= options_.min_gap;
+  };
+  while (before_.size() > 1 && old_enough(before_[1])) before_.pop_front();
   const std::vector<Keypoint>& keypoints = frame_->features.keypoints;
   region_of_.assign(keypoints.size(), InstanceId{});
   for (std::size_t k = 0; k < keypoints.size(); ++k) {
@@ -68,14 +83,14 @@ int DynamicFeatures::call_witnesses(const std::function<bool(const TrackedInstan
 }
 
 PointMotion DynamicFeatures::point_motion(const std::optional<SE3>& T_cw) const {
-  if (!before_) {
+  if (before_.empty()) {
     const std::size_t n = frame_->features.size();
     return {std::vector<std::uint8_t>(n, 0), std::vector<std::uint8_t>(n, 0),
             std::vector<std::optional<double>>(n), std::vector<std::optional<double>>(n)};
   }
   std::optional<SE3> T_now_before;
-  if (T_cw) T_now_before = *T_cw * before_->T_cw.inverse();
-  return points_.compare(*before_->frame, *frame_, T_now_before, witness_);
+  if (T_cw) T_now_before = *T_cw * before_.front().T_cw.inverse();
+  return points_.compare(*before_.front().frame, *frame_, T_now_before, witness_);
 }
 
 // Share of the witnesses that seem to move: what the first pose and the matching got wrong in this frame.
@@ -177,11 +192,11 @@ void DynamicFeatures::weigh(const PointMotion& motion, FeatureWeights& weights) 
 }
 
 void DynamicFeatures::placed(const std::optional<SE3>& T_cw) {
-  if (T_cw) {
-    before_ = Placed{frame_, *T_cw};
-  } else {
-    before_.reset();
+  if (!T_cw) {
+    before_.clear();
+    return;
   }
+  before_.push_back({frame_, *T_cw});
 }
 
 }  // namespace ipl_slam

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -21,8 +22,9 @@ struct DynamicsOptions {
   std::string rule = "evidence";
   int growth = 10;
   double region_share = 0.2;
+  double min_gap = 0.1;
   int min_witnesses = 100;
-  std::string weights = "off";
+  std::string weights = "residual";
   double min_weight = 0.05;
   double max_feature_factor = 2.0;
   PointMotionOptions points;
@@ -38,6 +40,11 @@ struct DynamicsOptions {
     v.number("growth", growth, {0, 100, "px", "radius of the disc by which dynamic regions grow"});
     v.number("region_share", region_share,
              {0.0, 1.0, "share", "algorithm1: dynamic points, or lines, a region must have of all it has"});
+    v.number(
+        "min_gap", min_gap,
+        {0.0, 10.0, "s",
+         "between the frames whose points are compared, at least; 0: consecutive frames (paper), in which "
+         "somebody slow has hardly moved"});
     v.number(
         "min_witnesses", min_witnesses,
         {0, 10000, "count",
@@ -56,6 +63,9 @@ struct DynamicsOptions {
     v.section("belief", belief, "evidence: what speaks for motion, and how loud");
   }
 };
+
+/// The paper's own: Algorithm 1 beside the contour window, epipolar distances, angles, weights by distance.
+[[nodiscard]] DynamicsOptions paper_dynamics();
 
 /// Lines of a keyframe in a region.
 struct RegionLines {
@@ -109,7 +119,7 @@ class DynamicFeatures {
   PointMotionCheck points_;
   RegionBelief belief_;
   std::vector<RegionLines> lines_;  // news of the last keyframe
-  std::optional<Placed> before_;    // the frame before
+  std::deque<Placed> before_;       // the last frames, the one to compare with first
 
   // Of the present frame.
   std::shared_ptr<const Frame> frame_;

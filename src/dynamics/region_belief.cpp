@@ -36,9 +36,9 @@ double RegionBelief::update(InstanceId id, std::size_t frame, std::string_view c
   record.frame = frame;
   const double seen = log_likelihood(evidence.points, evidence.moved_points, evidence.moved_elsewhere) +
                       log_likelihood(evidence.lines, evidence.moved_lines, 0.0);
-  record.counted =
-      std::clamp(options_.memory * record.counted + std::clamp(seen, -options_.per_frame, options_.per_frame),
-                 -options_.most_still, options_.most_moving);
+  record.counted = std::clamp(
+      options_.memory * record.counted + std::clamp(seen, -options_.frame_still, options_.frame_moving),
+      -options_.most_still, options_.most_moving);
   const double contour = evidence.contour == MotionState::kMoving  ? options_.contour
                          : evidence.contour == MotionState::kStill ? -options_.contour
                                                                    : 0.0;

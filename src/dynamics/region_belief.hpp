@@ -28,7 +28,8 @@ struct RegionBeliefOptions {
   double contour = 3.0;
   double moved_on_mover = 0.7;
   double moved_on_still = 0.15;
-  double per_frame = 2.0;
+  double frame_moving = 2.0;
+  double frame_still = 1.0;
   double memory = 0.8;
   double most_moving = 5.0;
   double most_still = 3.0;
@@ -52,9 +53,12 @@ struct RegionBeliefOptions {
         {0.01, 0.99, "share",
          "the same on something still: mismatches, noise, moving hands; in frames where more of what lies "
          "outside all regions seems to move (blur, a bad pose), that share"});
+    v.number("frame_moving", frame_moving,
+             {0.0, 10.0, "log odds",
+              "what points and lines of one frame may count at most for motion: they err together"});
     v.number(
-        "per_frame", per_frame,
-        {0.0, 10.0, "log odds", "what points and lines of one frame may count at most: they err together"});
+        "frame_still", frame_still,
+        {0.0, 10.0, "log odds", "and against it: less, since what moves slowly looks still for a while"});
     v.number("memory", memory, {0.0, 1.0, "share", "of what was counted, what is left after a frame"});
     v.number("most_moving", most_moving,
              {0.0, 20.0, "log odds", "what all frames may count at most for motion"});

@@ -21,6 +21,7 @@ Config preset(std::string_view name) {
     config.segmentation.yolo.image_side = 640;  // the paper does not say; it is what YOLOv8 is trained for
     config.contours = paper_contour_window();
     config.features.lines = "lsd";
+    config.dynamics = paper_dynamics();
     return config;
   }
   throw UserError(fmt::format("unknown preset '{}': use default or paper", name));

@@ -75,6 +75,8 @@ class RealtimeInstances final : public InstanceSchedule {
   [[nodiscard]] FrameInstances see(const RgbdFrame& frame, const std::optional<SE3>& T_wc) override {
     views_.add(carrier_.view(frame, T_wc));
     if (segmentation_.idle()) segmentation_.start(frame);
+    // Only the first masks are waited for: a map must not be started on people nobody knows of.
+    if (!published()) segmentation_.wait();
     if (auto newest = published(); newest && newest != followed_) {
       follower_ = newest->ahead;
       followed_ = std::move(newest);

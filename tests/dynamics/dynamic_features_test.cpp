@@ -38,7 +38,7 @@ DynamicsOptions options(const std::string& rule) {
   o.belief.contour = 3.0;
   o.belief.moved_on_mover = 0.5;
   o.belief.moved_on_still = 0.1;
-  o.belief.per_frame = 2.0;
+  o.belief.frame_moving = o.belief.frame_still = 2.0;
   o.belief.memory = 0.8;
   o.belief.most_moving = 5.0;
   o.belief.most_still = 3.0;

@@ -22,7 +22,7 @@ RegionBeliefOptions options() {
   o.contour = 2.5;
   o.moved_on_mover = 0.5;
   o.moved_on_still = 0.1;
-  o.per_frame = 2.0;
+  o.frame_moving = o.frame_still = 2.0;
   o.memory = 0.8;
   o.most_moving = 5.0;
   o.most_still = 3.0;
@@ -31,7 +31,7 @@ RegionBeliefOptions options() {
 
 RegionBeliefOptions without_caps() {
   RegionBeliefOptions o = options();
-  o.per_frame = o.most_moving = o.most_still = 1000.0;
+  o.frame_moving = o.frame_still = o.most_moving = o.most_still = 1000.0;
   return o;
 }
 

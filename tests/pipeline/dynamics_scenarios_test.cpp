@@ -39,6 +39,7 @@ SyntheticOptions crowd(const char* trajectory) {
   options.width = 480;
   options.height = 360;
   options.clothes = "plain";
+  options.fps = 30.0;  // in two seconds
   return options;
 }
 
