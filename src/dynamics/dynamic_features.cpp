@@ -16,10 +16,14 @@ constexpr double kBelievedStill = -1.0;
 // remembered.
 constexpr std::size_t kForgetAfter = 300;
 
-// Tukey's biweight of the residual: 1 without one, 0 from the threshold on.
+// The form of the paper's alpha_p, (d_max - d) / (d_max - d_min), on residuals beside their own noise: d_min
+// is the deviation of a residual that is noise alone, d_max that from which on a point is dynamic.
 double residual_weight(double surprise, double threshold, double min_weight) {
-  const double rest = std::max(0.0, 1.0 - surprise / threshold);
-  return rest * rest < min_weight ? 0.0 : rest * rest;
+  constexpr double kComponents = 3.0, kLeast = 1.0;
+  const double d = std::sqrt(surprise / kComponents), most = std::sqrt(threshold / kComponents);
+  if (d >= most) return 0.0;
+  const double alpha = d <= kLeast ? 1.0 : (most - d) / (most - kLeast);
+  return alpha < min_weight ? 0.0 : alpha;
 }
 
 }  // namespace
