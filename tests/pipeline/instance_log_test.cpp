@@ -70,6 +70,25 @@ TEST(InstanceLog, MarksMasksThatWereFoundDynamicLater) {
   EXPECT_TRUE(lines[0]["instances"][0]["similarity"].is_null());
 }
 
+TEST(InstanceLog, TellsWhatWasRemovedAndWhy) {
+  InstanceRecord mover = person(1, MotionState::kCandidate, {});
+  mover.region = RegionVerdict{.dynamic = true,
+                               .evidence = {.points = 9, .moved_points = 7, .lines = 2, .moved_lines = 1},
+                               .belief = 3.25};
+  mover.removed = {.points = 12, .lines = 3};
+  InstanceRecord still = person(2, MotionState::kStill, 0.9);
+  still.region = RegionVerdict{};
+  const nlohmann::json line = nlohmann::json::parse(instances_line(0, 0.0, 0, {mover, still}));
+  const nlohmann::json& first = line["instances"][0];
+  EXPECT_EQ(first["removed"], true);
+  EXPECT_EQ(first["belief"], 3.25);
+  EXPECT_EQ(first["moved_points"], nlohmann::json({7, 9}));
+  EXPECT_EQ(first["moved_lines"], nlohmann::json({1, 2}));
+  EXPECT_EQ(first["landmarks_removed"], nlohmann::json({{"points", 12}, {"lines", 3}}));
+  EXPECT_EQ(line["instances"][1]["removed"], false);
+  EXPECT_FALSE(line["instances"][1].contains("landmarks_removed"));
+}
+
 TEST(InstanceLog, SaysNothingOfMotionWhereNobodyJudged) {
   InstanceRecord record = person(0, MotionState::kStill, {});
   record.verdict.reset();

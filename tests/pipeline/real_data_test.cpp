@@ -47,15 +47,21 @@ Outcome run_recorded(const fs::path& folder, bool realtime) {
   return outcome;
 }
 
+double error_of(const fs::path& folder, const Trajectory& trajectory) {
+  return absolute_trajectory_error(read_trajectory(folder / "groundtruth.txt"), trajectory).rmse;
+}
+
 class Recorded : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(Recorded, RunsToTheEnd) {
+// 0.010 and 0.011 m; with people left in it is 0.06 and 0.10 m. Other systems without a network: 0.020 m.
+TEST_P(Recorded, PeopleWhoWalkDoNotBendThePathEvenWithoutANetwork) {
   const fs::path folder = recorded(GetParam());
   if (folder.empty()) GTEST_SKIP() << "no $IPL_SLAM_DATA/" << GetParam();
   const Outcome outcome = run_recorded(folder, false);
   EXPECT_GT(outcome.run.frames.size(), 40U);
   EXPECT_TRUE(outcome.run.skipped.empty());
-  EXPECT_GT(outcome.trajectory.size(), outcome.run.frames.size() / 2);
+  EXPECT_EQ(outcome.trajectory.size(), outcome.run.frames.size());
+  EXPECT_LE(error_of(folder, outcome.trajectory), 0.019);
 }
 
 INSTANTIATE_TEST_SUITE_P(Walking, Recorded, ::testing::Values("fr1_xyz_walking", "fr3_walking_halfsphere_49"),
@@ -112,6 +118,7 @@ TEST(RecordedPeople, AreFoundFollowedAndFoundToMove) {
   EXPECT_GE(detections, 92U);
   EXPECT_EQ(people.size(), 2U);
   EXPECT_EQ(moving, people);
+  EXPECT_LE(error_of(folder, pipeline.trajectory()), 0.0125);
 }
 
 }  // namespace
