@@ -24,7 +24,7 @@ struct DynamicsOptions {
   double region_share = 0.2;
   double min_gap = 0.1;
   int min_witnesses = 100;
-  std::string weights = "off";
+  std::string weights = "distance";
   double min_weight = 0.05;
   double max_feature_factor = 2.0;
   PointMotionOptions points;

@@ -29,7 +29,7 @@ struct RegionBeliefOptions {
   double moved_on_mover = 0.7;
   double moved_on_still = 0.15;
   double frame_moving = 2.0;
-  double frame_still = 1.0;
+  double frame_still = 0.75;
   double memory = 0.8;
   double most_moving = 5.0;
   double most_still = 3.0;

@@ -22,6 +22,13 @@ std::optional<LineExtractor> make_line_extractor(const Camera& camera, const Con
   return LineExtractor(*method, config.lines, camera, config.depth, config.schedule.seed);
 }
 
+// Where no lines are looked for, regions are judged by points alone.
+DynamicsOptions dynamics_options(const Config& config) {
+  DynamicsOptions options = config.dynamics;
+  if (!line_method(config.features)) options.lines.check = "off";
+  return options;
+}
+
 cv::Mat to_grey(const cv::Mat& color) {
   if (color.type() != CV_8UC3) return color;  // grey, or refused by the extractor
   cv::Mat grey;
@@ -51,7 +58,7 @@ Pipeline::Pipeline(const Camera& camera, const Config& config)
       extractor_(config.orb, camera, config.depth, &threads_),
       first_lines_(make_line_extractor(camera, config)),
       instances_(make_instance_schedule(camera, config)),
-      dynamics_(camera, pyramid_of(config), config.dynamics, config.schedule.seed),
+      dynamics_(camera, pyramid_of(config), dynamics_options(config), config.schedule.seed),
       tracker_(camera, pyramid_of(config), config.depth, config.tracking, config.lines.depth,
                config.schedule.seed),
       policy_(config.keyframes),
