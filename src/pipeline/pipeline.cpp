@@ -51,7 +51,7 @@ Pipeline::Pipeline(const Camera& camera, const Config& config)
       extractor_(config.orb, camera, config.depth, &threads_),
       first_lines_(make_line_extractor(camera, config)),
       instances_(make_instance_schedule(camera, config)),
-      dynamics_(camera, pyramid_of(config), config.dynamics, config.schedule.seed),
+      dynamics_(camera, pyramid_of(config), dynamics_options(config), config.schedule.seed),
       tracker_(camera, pyramid_of(config), config.depth, config.tracking, config.lines.depth,
                config.schedule.seed),
       policy_(config.keyframes),
