@@ -214,6 +214,9 @@ void check_compared(const std::vector<std::string>& compared, const std::vector<
                     "There are: {}",
                     name, nearest_name(name, names), fmt::join(names, ", ")));
   }
+  if (!compared.empty() && compared[0] == compared[1]) {
+    throw UserError(fmt::format("--compare names '{}' twice; give two configurations", compared[0]));
+  }
 }
 
 // A missing model would fail every run; better to fail before the first.

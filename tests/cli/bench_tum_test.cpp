@@ -168,6 +168,7 @@ TEST(CliBenchTum, RefusesWhatCannotBeRunAtAll) {
   expect_refused(bench((folder / "empty").string()), {"empty", "no sequence", "rgb.txt"});
   expect_refused(bench((folder / "empty").string(), {"--compare", "default", "papper"}),
                  {"papper", "'paper'"});
+  expect_refused(bench((folder / "empty").string(), {"--compare", "paper", "paper"}), {"--compare", "twice"});
   expect_refused(bench((folder / "empty").string(), {"--presets", "best"}), {"best"});
   expect_refused(bench((folder / "empty").string(), {"--presets", "paper,paper"}), {"--presets", "twice"});
   expect_refused(bench((folder / "empty").string(), {"--set", "orb.featurs=1"}), {"orb.features"});
