@@ -214,6 +214,9 @@ void check_compared(const std::vector<std::string>& compared, const std::vector<
                     "There are: {}",
                     name, nearest_name(name, names), fmt::join(names, ", ")));
   }
+  if (!compared.empty() && compared[0] == compared[1]) {
+    throw UserError(fmt::format("--compare names '{}' twice; give two configurations", compared[0]));
+  }
 }
 
 // A missing model would fail every run; better to fail before the first.
@@ -388,13 +391,15 @@ void write_tables(const BenchTumOptions& options, const std::vector<Variant>& va
 }
 
 // The runs without a good record; says how many there are.
-std::vector<PlannedRun*> outstanding(std::vector<PlannedRun>& plan) {
+std::vector<PlannedRun*> outstanding(std::vector<PlannedRun>& plan, const BenchTumOptions& options) {
   std::vector<PlannedRun*> todo;
-  std::size_t failed = 0;
+  std::size_t failed = 0, of_others = 0;
   for (PlannedRun& run : plan) {
     if (run.record && run.record->ok()) continue;
     todo.push_back(&run);
     failed += run.record ? 1 : 0;
+    std::error_code ignored;
+    of_others += !run.record && fs::is_regular_file(run.file, ignored) ? 1 : 0;
   }
   if (!says_remarks()) return todo;
   if (const std::size_t kept = plan.size() - todo.size(); kept > 0) {
@@ -402,6 +407,9 @@ std::vector<PlannedRun*> outstanding(std::vector<PlannedRun>& plan) {
                kept, plan.size());
   }
   if (failed > 0) fmt::print("failed before and tried again: {}\n", failed);
+  if (of_others > 0 && !options.force) {
+    fmt::print("results of other settings, data or another version, replaced one by one: {}\n", of_others);
+  }
   if (todo.empty() && !plan.empty()) fmt::print("nothing to run\n");
   return todo;
 }
@@ -440,7 +448,7 @@ void bench_tum(const BenchTumOptions& options) {
   make_folder(options.output / "runs");
   std::vector<PlannedRun> plan = make_plan(options, variants, sequences);
   install_interrupt_handler();
-  execute(outstanding(plan), options);
+  execute(outstanding(plan, options), options);
   write_tables(options, variants, plan, gather(options, sequences, names, plan));
   if (interrupted()) {
     log().warn("interrupted; the same command goes on where it stopped");

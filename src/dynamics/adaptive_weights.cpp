@@ -31,6 +31,12 @@ std::vector<double> point_weights(std::span<const std::optional<double>> distanc
   return weights;
 }
 
+double residual_weight(double chi2, int components, double max_chi2, double min_weight) {
+  const double d = std::sqrt(chi2 / components), d_max = std::sqrt(max_chi2 / components);
+  if (d >= d_max) return 0.0;
+  return d <= 1.0 ? 1.0 : drop_small((d_max - d) / (d_max - 1.0), min_weight);
+}
+
 double line_weight(std::optional<double> angle, double min_weight) {
   if (!angle || !std::isfinite(*angle)) return 1.0;
   return drop_small(std::max(0.0, std::cos(*angle)), min_weight);

@@ -14,6 +14,11 @@ namespace ipl_slam {
 [[nodiscard]] std::vector<double> point_weights(std::span<const std::optional<double>> distances,
                                                 double min_weight);
 
+/// The form of alpha_p with fixed bounds, for a residual beside its own noise: d = sqrt(chi2 / components) is
+/// its deviation, d_min = 1 that of noise alone, d_max = sqrt(max_chi2 / components) the one from which on it
+/// is called motion, with weight 0. A weight below `min_weight` is 0: dropped.
+[[nodiscard]] double residual_weight(double chi2, int components, double max_chi2, double min_weight);
+
 /// alpha_l = cos(theta_avg), clipped to [0, 1]; 0 below `min_weight` (paper, section 3.5). `angle`: theta_avg
 /// in rad; nothing or a value that is not finite = no match, weight 1.
 [[nodiscard]] double line_weight(std::optional<double> angle, double min_weight);

@@ -1,7 +1,6 @@
 #include "dynamics/dynamic_features.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "dynamics/adaptive_weights.hpp"
 #include "segmentation/class_role.hpp"
@@ -16,15 +15,8 @@ constexpr double kBelievedStill = -1.0;
 // remembered.
 constexpr std::size_t kForgetAfter = 300;
 
-// The form of the paper's alpha_p, (d_max - d) / (d_max - d_min), on residuals beside their own noise: d_min
-// is the deviation of a residual that is noise alone, d_max that from which on a point is dynamic.
-double residual_weight(double surprise, double threshold, double min_weight) {
-  constexpr double kComponents = 3.0, kLeast = 1.0;
-  const double d = std::sqrt(surprise / kComponents), most = std::sqrt(threshold / kComponents);
-  if (d >= most) return 0.0;
-  const double alpha = d <= kLeast ? 1.0 : (most - d) / (most - kLeast);
-  return alpha < min_weight ? 0.0 : alpha;
-}
+// Of a point's residual: two pixels and an inverse depth.
+constexpr int kPointComponents = 3;
 
 }  // namespace
 
@@ -189,7 +181,8 @@ void DynamicFeatures::weigh(const PointMotion& motion, FeatureWeights& weights) 
   if (options_.weights == "residual") {
     for (std::size_t k = 0; k < keypoints.size(); ++k) {
       if (motion.surprise[k])
-        alpha[k] = residual_weight(*motion.surprise[k], options_.points.threshold, options_.min_weight);
+        alpha[k] = residual_weight(*motion.surprise[k], kPointComponents, options_.points.threshold,
+                                   options_.min_weight);
     }
   }
   for (std::size_t k = 0; k < keypoints.size(); ++k) weights.points[k] *= alpha[k];

@@ -117,16 +117,6 @@ std::optional<double> smallest_chi2(const Camera& camera, const SE3& T_now_befor
   return smallest;
 }
 
-/// The paper's weight of points, (d_max - d) / (d_max - d_min), with fixed bounds: d is the root mean square
-/// of the residual's components in standard deviations, d_min its value for a line that is still, 1, and
-/// d_max the one that is called motion.
-double residual_weight(double chi2, const LineMotionOptions& options) {
-  const double d = std::sqrt(chi2 / kComponents), d_max = std::sqrt(options.max_chi2 / kComponents);
-  if (d >= d_max) return 0.0;
-  const double weight = d <= 1.0 ? 1.0 : (d_max - d) / (d_max - 1.0);
-  return weight < options.min_weight ? 0.0 : weight;
-}
-
 }  // namespace
 
 double mean_angle_difference(const LineSegment& before, const LineSegment& now, double still) {
@@ -159,7 +149,7 @@ LineMotion LineMotionCheck::compare(const LineFeatures& before, const LineFeatur
       }
       motion.matched[k] = 1;
       motion.dynamic[k] = *distance > options_.max_chi2;
-      motion.weight[k] = residual_weight(*distance, options_);
+      motion.weight[k] = residual_weight(*distance, kComponents, options_.max_chi2, options_.min_weight);
     }
   }
   return motion;

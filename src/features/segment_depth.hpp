@@ -58,8 +58,8 @@ struct SegmentDepthOptions {
 ///
 /// Not known where fewer than six samples or a share below min_support agree, where those span less than
 /// min_span, or where the line reaches beyond noise.max_depth. `depth` is CV_16UC1, raw units, registered to
-/// the colour image, or empty. The samples of RANSAC depend on `seed`: the
-/// same input gives the same result.
+/// the colour image, or empty. The samples of RANSAC depend on `seed`: the same input gives the same
+/// result.
 [[nodiscard]] SegmentDepth segment_depth(const cv::Mat& depth, const LineSegment& segment,
                                          const Camera& camera, const DepthNoiseOptions& noise,
                                          const SegmentDepthOptions& options, std::uint64_t seed = 0);

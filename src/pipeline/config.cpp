@@ -33,6 +33,12 @@ std::optional<LineMethod> line_method(const FeatureOptions& options) {
   return std::nullopt;
 }
 
+DynamicsOptions dynamics_options(const Config& config) {
+  DynamicsOptions options = config.dynamics;
+  if (!line_method(config.features)) options.lines.check = "off";
+  return options;
+}
+
 void check(const Config& config) {
   check_options(config);
   check(config.contours);
@@ -40,6 +46,13 @@ void check(const Config& config) {
     throw UserError(fmt::format(
         "orb.fast_min_threshold ({}) is above orb.fast_threshold ({}); lower the one or raise the other",
         config.orb.fast_min_threshold, config.orb.fast_threshold));
+  }
+  const RegionBeliefOptions& belief = config.dynamics.belief;
+  if (belief.moved_on_still >= belief.moved_on_mover) {
+    throw UserError(
+        fmt::format("dynamics.belief.moved_on_still ({}) is not below dynamics.belief.moved_on_mover ({}): "
+                    "points and lines could tell nothing; lower the one or raise the other",
+                    belief.moved_on_still, belief.moved_on_mover));
   }
 }
 

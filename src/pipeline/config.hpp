@@ -101,6 +101,8 @@ struct Config {
 [[nodiscard]] std::vector<std::string> preset_names();
 /// The line detector that features.lines names; nothing for off.
 [[nodiscard]] std::optional<LineMethod> line_method(const FeatureOptions& options);
+/// Settings of the dynamics stage. Without lines theirs is off: Algorithm 1 goes by points alone then.
+[[nodiscard]] DynamicsOptions dynamics_options(const Config& config);
 /// Throws UserError for values that cannot stand together, though each is in its range.
 void check(const Config& config);
 

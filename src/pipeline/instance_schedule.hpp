@@ -53,7 +53,7 @@ class InstanceSchedule {
 
 /// Nothing is segmented with segmentation.segmenter "none". In lockstep all is done in see() and placed(), in
 /// realtime segmentation and verdicts have a thread each: see() takes the newest masks there are and carries
-/// them to the frame. Throws UserError where the segmenter cannot be had.
+/// them to the frame; it waits for the first ones only. Throws UserError where the segmenter cannot be had.
 [[nodiscard]] std::unique_ptr<InstanceSchedule> make_instance_schedule(const Camera& camera,
                                                                        const Config& config);
 

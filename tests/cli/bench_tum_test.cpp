@@ -123,7 +123,10 @@ TEST(CliBenchTum, RunsAnewWhatWasMadeFromSomethingElse) {
     if (change[0] != "--max-frames") words = three_frames;
     words.insert(words.end(), change.begin(), change.end());
     EXPECT_EQ(datasets.run("1", three_frames).code, 0);
-    EXPECT_THAT(datasets.run("1", words).out, HasSubstr("room, default, run 0: ATE")) << change[0];
+    const std::string said = datasets.run("1", words).out;
+    EXPECT_THAT(said, HasSubstr("room, default, run 0: ATE")) << change[0];
+    const bool replaces = said.find("replaced one by one: 1") != std::string::npos;
+    EXPECT_EQ(replaces, change[0] != "--force") << change[0];
   }
   EXPECT_EQ(datasets.run("1", three_frames).code, 0);
   datasets.write("room/groundtruth.txt", content_of(datasets.path() / "room/groundtruth.txt") + "# mended\n");
@@ -168,6 +171,7 @@ TEST(CliBenchTum, RefusesWhatCannotBeRunAtAll) {
   expect_refused(bench((folder / "empty").string()), {"empty", "no sequence", "rgb.txt"});
   expect_refused(bench((folder / "empty").string(), {"--compare", "default", "papper"}),
                  {"papper", "'paper'"});
+  expect_refused(bench((folder / "empty").string(), {"--compare", "paper", "paper"}), {"--compare", "twice"});
   expect_refused(bench((folder / "empty").string(), {"--presets", "best"}), {"best"});
   expect_refused(bench((folder / "empty").string(), {"--presets", "paper,paper"}), {"--presets", "twice"});
   expect_refused(bench((folder / "empty").string(), {"--set", "orb.featurs=1"}), {"orb.features"});

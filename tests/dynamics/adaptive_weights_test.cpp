@@ -54,6 +54,25 @@ TEST(PointWeights, BearTheLargestNumbersThereAre) {
   EXPECT_EQ(point_weights(Distances{0.0, most / 2.0, most}, 0.05), (Weights{1.0, 0.5, 0.0}));
 }
 
+// Three components, chi2 27: 1 standard deviation is full weight, 3 are none.
+TEST(ResidualWeight, FallsFromTheNoiseToTheThreshold) {
+  EXPECT_EQ(residual_weight(0.0, 3, 27.0, 0.05), 1.0);
+  EXPECT_EQ(residual_weight(3.0, 3, 27.0, 0.05), 1.0);
+  EXPECT_NEAR(residual_weight(12.0, 3, 27.0, 0.05), 0.5, 1e-15);
+  EXPECT_EQ(residual_weight(27.0, 3, 27.0, 0.05), 0.0);
+  EXPECT_EQ(residual_weight(1e9, 3, 27.0, 0.05), 0.0);
+}
+
+TEST(ResidualWeight, IsZeroBelowTheLeast) {
+  EXPECT_EQ(residual_weight(12.0, 3, 27.0, 0.51), 0.0);
+  EXPECT_GT(residual_weight(12.0, 3, 27.0, 0.49), 0.0);
+}
+
+TEST(ResidualWeight, AThresholdWithinTheNoiseLeavesAllOrNothing) {
+  EXPECT_EQ(residual_weight(1.0, 3, 2.0, 0.05), 1.0);
+  EXPECT_EQ(residual_weight(2.0, 3, 2.0, 0.05), 0.0);
+}
+
 TEST(LineWeight, IsTheCosineOfTheAngle) {
   EXPECT_EQ(line_weight(0.0, 0.1), 1.0);
   EXPECT_NEAR(line_weight(std::numbers::pi / 3.0, 0.1), 0.5, 1e-15);

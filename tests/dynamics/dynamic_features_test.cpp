@@ -411,12 +411,12 @@ TEST(DynamicFeatures, WeighPointsByTheirResidual) {
   Sequence run(o);
   Features features = run.grid.look();
   (void)run.step(features, {kPerson});
-  features.keypoints[0].undistorted.x() += 2.0F;   // surprise 4: (1 - 4 / 8)^2
+  features.keypoints[0].undistorted.x() += 2.0F;   // surprise 4: (sqrt(8/3) - sqrt(4/3)) / (sqrt(8/3) - 1)
   features.keypoints[1].undistorted.x() += 3.0F;   // beyond the threshold
-  features.keypoints[2].undistorted.x() += 2.5F;   // (1 - 6.25 / 8)^2 = 0.0479, less than the least weight
+  features.keypoints[2].undistorted.x() += 2.8F;   // surprise 7.84: 0.026, less than the least weight
   features.keypoints[3].undistorted.x() += 40.0F;  // not found: nothing is known
   const FeatureWeights weights = run.step(features, {kPerson});
-  EXPECT_NEAR(weights.point(0), 0.25, 1e-3);
+  EXPECT_NEAR(weights.point(0), 0.7556, 1e-3);
   EXPECT_EQ(weights.point(1), 0.0);
   EXPECT_EQ(weights.point(2), 0.0);
   EXPECT_EQ(weights.point(3), 1.0);

@@ -42,10 +42,6 @@ TEST(BenchmarkConfigurations, OfTheAblationHaveNamesOfTheirOwnAndEndWithThePrese
 }
 
 TEST(BenchmarkConfigurations, OfTheAblationCanBeSet) {
-  Config config;
-  if (option_table(config).find("dynamics.weights") == nullptr) {
-    GTEST_SKIP() << "there are no settings dynamics.* yet";
-  }
   for (const std::string& name : preset_names()) {
     std::set<std::string> different;
     for (const Ablation& ablation : ablations()) {

@@ -284,6 +284,20 @@ TEST(Settings, ThatContradictEachOtherAreRefused) {
             std::string::npos);
 }
 
+TEST(Settings, ThatMakeMoversAndStillThingsAlikeAreRefused) {
+  Config config;
+  config.dynamics.belief.moved_on_still = config.dynamics.belief.moved_on_mover;
+  EXPECT_NE(testing::message_of<UserError>([&] { check(config); }).find("dynamics.belief.moved_on_still"),
+            std::string::npos);
+}
+
+TEST(Settings, AskNothingOfLinesThatAreNotThere) {
+  Config config = preset("paper");
+  EXPECT_EQ(dynamics_options(config).lines.check, "angle");
+  config.features.lines = "off";
+  EXPECT_EQ(dynamics_options(config).lines.check, "off");
+}
+
 TEST(Settings, OfBothPresetsStandTogether) {
   for (const std::string& name : preset_names()) EXPECT_NO_THROW(check(preset(name))) << name;
 }
