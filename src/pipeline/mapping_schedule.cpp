@@ -130,7 +130,7 @@ class RealtimeMapping final : public MappingSchedule {
       }
       {
         std::lock_guard lock(state_mutex_);
-        region_lines_ = std::move(told);
+        if (!told.empty()) region_lines_ = std::move(told);
         ++with_lines_;
         abort_bundle_ = stopping_ || with_lines_ > 1;
       }

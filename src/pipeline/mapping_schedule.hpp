@@ -35,7 +35,8 @@ class MappingSchedule {
   [[nodiscard]] virtual bool idle() const = 0;
   /// Whether another keyframe may be submitted.
   [[nodiscard]] virtual bool has_room() const = 0;
-  /// What the lines of keyframes told about regions since the last call.
+  /// What the lines of the newest keyframe that has regions told about them; empty if nothing since the last
+  /// call.
   [[nodiscard]] virtual std::vector<RegionLines> take_region_lines() = 0;
   /// Waits until everything submitted is in the map.
   virtual void finish() = 0;

@@ -22,13 +22,6 @@ std::optional<LineExtractor> make_line_extractor(const Camera& camera, const Con
   return LineExtractor(*method, config.lines, camera, config.depth, config.schedule.seed);
 }
 
-// Where no lines are looked for, regions are judged by points alone.
-DynamicsOptions dynamics_options(const Config& config) {
-  DynamicsOptions options = config.dynamics;
-  if (!line_method(config.features)) options.lines.check = "off";
-  return options;
-}
-
 cv::Mat to_grey(const cv::Mat& color) {
   if (color.type() != CV_8UC3) return color;  // grey, or refused by the extractor
   cv::Mat grey;
