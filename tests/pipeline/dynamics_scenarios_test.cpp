@@ -111,9 +111,11 @@ TEST(DynamicsScenarios, ACrowdOverMoreThanHalfOfThePicture) {
   EXPECT_LT(treated.rmse, 0.7 * untreated.rmse);
 }
 
-// 39 mm, 11 mm.
+// 29 mm, 5 mm.
 TEST(DynamicsScenarios, ACrowdBeforeACameraThatOnlyTurns) {
-  const RecordedStory story(crowd("rpy"));
+  SyntheticOptions turning = crowd("rpy");
+  turning.fps = 12.0;  // in the first two seconds alone hardly anything but people is in sight
+  const RecordedStory story(turning);
   ASSERT_GT(story.covered(), 0.55);
   const Outcome untreated = run_untreated(story), treated = run_with_masks(story);
   EXPECT_GE(treated.tracked, kFrames - 4);
