@@ -22,5 +22,6 @@ using KeyframeId = Id<struct KeyframeTag>;
 using PointId = Id<struct PointTag>;
 using LineId = Id<struct LineTag>;
 using InstanceId = Id<struct InstanceTag>;
+using PartId = Id<struct PartTag>;
 
 }  // namespace ipl_slam

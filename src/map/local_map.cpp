@@ -32,6 +32,7 @@ std::set<KeyframeId> choose_keyframes(const Map& map, KeyframeId centre, const L
   const Eigen::Vector3d axis = T_wc.rotation() * Eigen::Vector3d::UnitZ();
   std::vector<std::pair<double, KeyframeId>> nearby;
   map.keyframes().for_each([&](KeyframeId id, const Keyframe& keyframe) {
+    if (keyframe.part != map.keyframes()[centre].part) return;
     const SE3 other = keyframe.T_cw.inverse();
     const double distance = (other.translation() - T_wc.translation()).norm();
     const double cosine = axis.dot(other.rotation() * Eigen::Vector3d::UnitZ());
@@ -64,6 +65,7 @@ int LocalMap::find_point(PointId id) const {
 
 LocalMap build_local_map(const Map& map, KeyframeId centre, const LocalMapOptions& options) {
   LocalMap local;
+  local.centre = centre;
   for (const KeyframeId id : choose_keyframes(map, centre, options)) {
     const Keyframe& keyframe = map.keyframes()[id];
     local.keyframes.push_back({id, keyframe.T_cw, keyframe.frame, {}, {}});

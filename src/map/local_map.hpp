@@ -56,10 +56,11 @@ struct LocalKeyframe {
   std::vector<std::uint32_t> lines;   ///< indices into LocalMap::lines of the lines it sees
 };
 
-/// Immutable copy of the part of the map around the newest keyframe. The mapper publishes one after each
-/// keyframe; the tracker reads it while the mapper goes on changing the map.
+/// Immutable copy of what the map holds around one keyframe. The mapper publishes one after each keyframe;
+/// the tracker reads it while the mapper goes on changing the map.
 struct LocalMap {
-  std::vector<LocalKeyframe> keyframes;  ///< in order of id; the last is the newest of the map
+  KeyframeId centre;                     ///< the keyframe it was built around
+  std::vector<LocalKeyframe> keyframes;  ///< in order of id
   std::vector<LocalPoint> points;        ///< in order of id
   std::vector<LocalLine> lines;          ///< in order of id
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <set>
 
 namespace ipl_slam {
 namespace {
@@ -29,23 +30,30 @@ std::size_t most_typical(const std::vector<Descriptor>& descriptors) {
 
 KeyframeId Map::add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw,
                              std::shared_ptr<const LineFeatures> line_features, FeatureTrust point_trust,
-                             FeatureTrust line_trust) {
+                             FeatureTrust line_trust, PartId part) {
+  assert(part == new_part() || anchor(part).valid());
   if (!line_features) line_features = std::make_shared<const LineFeatures>();
   std::vector<PointId> points(frame->features.size());
   std::vector<LineId> lines(line_features->size());
   newest_ = keyframes_.insert({T_cw, std::move(frame), std::move(line_features), std::move(points),
-                               std::move(lines), std::move(point_trust), std::move(line_trust)});
+                               std::move(lines), std::move(point_trust), std::move(line_trust), part});
+  if (part == new_part()) anchors_.push_back(newest_);
   return newest_;
 }
 
 void Map::remove_keyframe(KeyframeId id) {
-  assert(id != newest_);
+  assert(id != newest_ && !is_anchor(id));
   const std::vector<Covisible> neighbours = covisible(id);
-  KeyframeId parent = neighbours.empty() ? newest_ : neighbours.front().keyframe;
+  const KeyframeId parent = neighbours.empty() ? anchor(keyframes_[id].part) : neighbours.front().keyframe;
   const RemovedKeyframe removed{id, parent, keyframes_[id].T_cw * keyframes_[parent].T_cw.inverse()};
   removed_.insert(std::lower_bound(removed_.begin(), removed_.end(), id,
                                    [](const RemovedKeyframe& r, KeyframeId i) { return r.id < i; }),
                   removed);
+  for (LoopEdge& edge : loops_) {
+    if (edge.a == id) edge = {parent, edge.b, removed.T_c_parent.inverse() * edge.T_ab};
+    if (edge.b == id) edge = {edge.a, parent, edge.T_ab * removed.T_c_parent};
+  }
+  std::erase_if(loops_, [](const LoopEdge& edge) { return edge.a == edge.b; });
   const auto forget = [&](const auto& landmarks) {
     for (const auto landmark : landmarks) {
       if (landmark.valid()) remove_observation(landmark, id);
@@ -176,15 +184,63 @@ LandmarkId Map::resolve(LandmarkId id) const {
   return id;
 }
 
+const Map::RemovedKeyframe* Map::find_removed(KeyframeId id) const {
+  const auto at = std::lower_bound(removed_.begin(), removed_.end(), id,
+                                   [](const RemovedKeyframe& r, KeyframeId i) { return r.id < i; });
+  return at != removed_.end() && at->id == id ? &*at : nullptr;
+}
+
 SE3 Map::pose_of(KeyframeId id) const {
   SE3 T_c_ancestor;
-  while (!keyframes_.contains(id)) {
-    const auto at = std::lower_bound(removed_.begin(), removed_.end(), id,
-                                     [](const RemovedKeyframe& r, KeyframeId i) { return r.id < i; });
-    T_c_ancestor = T_c_ancestor * at->T_c_parent;
-    id = at->parent;
+  while (const RemovedKeyframe* removed = find_removed(id)) {
+    T_c_ancestor = T_c_ancestor * removed->T_c_parent;
+    id = removed->parent;
   }
   return T_c_ancestor * keyframes_[id].T_cw;
+}
+
+PartId Map::part_of(KeyframeId id) const {
+  while (const RemovedKeyframe* removed = find_removed(id)) id = removed->parent;
+  return keyframes_[id].part;
+}
+
+std::vector<PartId> Map::parts() const {
+  std::vector<PartId> parts;
+  for (std::uint32_t i = 0; i < anchors_.size(); ++i) {
+    if (anchors_[i].valid()) parts.push_back(PartId{i});
+  }
+  return parts;
+}
+
+void Map::merge_parts(PartId kept, PartId gone, const SE3& T_kept_gone) {
+  assert(kept < gone && anchor(kept).valid() && anchor(gone).valid());
+  const SE3 T_gone_kept = T_kept_gone.inverse();
+  std::vector<KeyframeId> moved;
+  keyframes_.for_each([&](KeyframeId id, const Keyframe& keyframe) {
+    if (keyframe.part == gone) moved.push_back(id);
+  });
+  std::set<PointId> points;
+  std::set<LineId> lines;
+  for (const KeyframeId id : moved) {
+    Keyframe& keyframe = keyframes_[id];
+    keyframe.part = kept;
+    keyframe.T_cw = keyframe.T_cw * T_gone_kept;
+    for (const PointId point : keyframe.points) {
+      if (point.valid()) points.insert(point);
+    }
+    for (const LineId line : keyframe.lines) {
+      if (line.valid()) lines.insert(line);
+    }
+  }
+  for (const PointId id : points) {
+    points_[id].position = T_kept_gone * points_[id].position;
+    refresh(id);
+  }
+  for (const LineId id : lines) {
+    const Line& line = lines_[id];
+    set_line(id, T_kept_gone * line.line, T_kept_gone * line.start, T_kept_gone * line.end);
+  }
+  anchors_[gone.value] = KeyframeId{};
 }
 
 std::vector<Covisible> Map::covisible(KeyframeId id) const {

@@ -24,6 +24,7 @@ struct Keyframe {
   std::vector<PointId> points;                        ///< per keypoint; invalid = none
   std::vector<LineId> lines;                          ///< per segment; invalid = none
   FeatureTrust point_trust, line_trust;               ///< of keypoints and segments
+  PartId part;                                        ///< the part of the map it belongs to
 };
 
 /// One sight of a landmark.
@@ -68,19 +69,32 @@ struct Covisible {
   int shared = 0;
 };
 
+/// A place that was recognised: two keyframes whose relative pose is known though they may share no landmark.
+struct LoopEdge {
+  KeyframeId a, b;
+  SE3 T_ab;  ///< camera b to camera a
+};
+
 /// The map: keyframes, point and line landmarks under ids. It belongs to one thread (the mapper's); trackers
 /// read LocalMap snapshots. Every change goes through the methods below, which keep the two directions of an
 /// observation together. Where a method takes a LandmarkId it takes a PointId or a LineId.
+///
+/// A map has one part as long as tracking never breaks off. What is mapped after that, before a known place
+/// is recognised, is a part of its own: its world frame has no known place in that of the others, and no
+/// landmark is seen from two parts. A part's world frame hangs on its anchor, its oldest keyframe.
 class Map {
  public:
   explicit Map(const ScalePyramid& pyramid) : pyramid_(pyramid) {}
 
-  /// `line_features` may be null: no lines were looked for.
+  /// `line_features` may be null: no lines were looked for. T_cw in the world of `part`, one there is or
+  /// new_part().
   KeyframeId add_keyframe(std::shared_ptr<const Frame> frame, const SE3& T_cw,
                           std::shared_ptr<const LineFeatures> line_features = nullptr,
-                          FeatureTrust point_trust = {}, FeatureTrust line_trust = {});
+                          FeatureTrust point_trust = {}, FeatureTrust line_trust = {},
+                          PartId part = PartId{0});
   /// Takes a keyframe out. Its pose stays known relative to `parent`, the keyframe that shares most landmarks
-  /// with it, or else the newest. The newest itself must stay: it is what the others hang on in the end.
+  /// with it, or else the anchor of its part; its loop edges become the parent's. Neither an anchor nor the
+  /// newest keyframe can be taken out.
   void remove_keyframe(KeyframeId id);
   void set_pose(KeyframeId id, const SE3& T_cw) { keyframes_[id].T_cw = T_cw; }
 
@@ -93,6 +107,12 @@ class Map {
   LineId add_line(const Line3& line_w, const Eigen::Vector3d& start_w, const Eigen::Vector3d& end_w,
                   KeyframeId keyframe, std::uint32_t segment);
   void set_line(LineId id, const Line3& line_w, const Eigen::Vector3d& start_w, const Eigen::Vector3d& end_w);
+
+  /// The part that the next keyframe starts when it belongs to none there is.
+  [[nodiscard]] PartId new_part() const { return PartId{static_cast<std::uint32_t>(anchors_.size())}; }
+  /// Makes two parts one: poses and landmarks of `gone`, the younger one, move into the world of `kept`.
+  void merge_parts(PartId kept, PartId gone, const SE3& T_kept_gone);
+  void add_loop(const LoopEdge& edge) { loops_.push_back(edge); }
 
   template <class LandmarkId>
   void remove(LandmarkId id);
@@ -119,6 +139,13 @@ class Map {
   [[nodiscard]] LandmarkId resolve(LandmarkId id) const;
   /// T_cw of a keyframe that is, or once was, in the map.
   [[nodiscard]] SE3 pose_of(KeyframeId id) const;
+  /// The part of a keyframe that is, or once was, in the map.
+  [[nodiscard]] PartId part_of(KeyframeId id) const;
+  [[nodiscard]] KeyframeId anchor(PartId part) const { return anchors_[part.value]; }
+  [[nodiscard]] bool is_anchor(KeyframeId id) const { return anchor(keyframes_[id].part) == id; }
+  /// Those there are, the oldest first.
+  [[nodiscard]] std::vector<PartId> parts() const;
+  [[nodiscard]] const std::vector<LoopEdge>& loops() const { return loops_; }
   /// Keyframes that share landmarks with `id`, most shared first, then by id. Derived, never stored.
   [[nodiscard]] std::vector<Covisible> covisible(KeyframeId id) const;
   template <class LandmarkId>
@@ -159,6 +186,8 @@ class Map {
   }
   template <class LandmarkId, class Landmark>
   LandmarkId insert(Landmark landmark, KeyframeId keyframe, std::uint32_t feature);
+  /// Null for a keyframe that was not removed.
+  [[nodiscard]] const RemovedKeyframe* find_removed(KeyframeId id) const;
 
   ScalePyramid pyramid_;
   Store<KeyframeId, Keyframe> keyframes_;
@@ -168,6 +197,8 @@ class Map {
   std::vector<PointId> became_point_;     // per point id: what it was fused into
   std::vector<LineId> became_line_;       // the same of lines
   KeyframeId newest_;
+  std::vector<KeyframeId> anchors_;  // per part; invalid once it was merged into another
+  std::vector<LoopEdge> loops_;
 };
 
 }  // namespace ipl_slam

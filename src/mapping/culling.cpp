@@ -72,7 +72,7 @@ template class LandmarkCulling<LineId>;
 void cull_keyframes(Map& map, KeyframeId centre, const CullingOptions& options) {
   for (const Covisible& neighbour : map.covisible(centre)) {
     const KeyframeId id = neighbour.keyframe;
-    if (id.value == 0 || id == map.newest_keyframe()) continue;
+    if (map.is_anchor(id) || id == map.newest_keyframe()) continue;
     if (redundant(map, id, options)) map.remove_keyframe(id);
   }
 }

@@ -45,7 +45,7 @@ class LandmarkCulling {
 };
 
 /// Removes keyframes around `centre` that show nothing the others do not show as well at the same or a finer
-/// scale, or one pyramid level coarser. Never the first keyframe, which holds the world frame, nor the
+/// scale, or one pyramid level coarser. Never an anchor, which holds its part's world frame, nor the
 /// newest.
 void cull_keyframes(Map& map, KeyframeId centre, const CullingOptions& options);
 

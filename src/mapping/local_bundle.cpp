@@ -65,8 +65,9 @@ LocalBundle::LocalBundle(const Map& map, KeyframeId centre, const LocalBundleOpt
   points_ = landmarks_of(map, free, &Keyframe::points);
   lines_ = landmarks_of(map, free, &Keyframe::lines);
   const std::set<KeyframeId> fixed = choose_fixed_keyframes(map, free, options.max_fixed_keyframes);
-  // The first keyframe holds the world frame; without fixed neighbours the oldest of the window does.
-  for (const KeyframeId id : free) add_pose(map, id, id.value == 0 || (fixed.empty() && id == *free.begin()));
+  // The anchor holds the world frame; without fixed neighbours the oldest of the window does.
+  for (const KeyframeId id : free)
+    add_pose(map, id, map.is_anchor(id) || (fixed.empty() && id == *free.begin()));
   for (const KeyframeId id : fixed) add_pose(map, id, true);
   add_points(map);
   add_lines(map, options);

@@ -39,27 +39,25 @@ class LocalMapper {
   LocalMapper(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
               const MappingOptions& options);
 
-  /// Adds a keyframe and returns the local map around it. The first one starts the map at its own pose.
-  /// Bundle adjustment ends early when `abort`, if not null, is raised.
-  [[nodiscard]] std::shared_ptr<const LocalMap> process(const KeyframeCandidate& candidate,
-                                                        const std::atomic<bool>* abort = nullptr);
+  /// Adds a keyframe to the map, always the same one, and works off what it brings. A candidate without a
+  /// reference starts a new part of the map at its own pose. Bundle adjustment ends early when `abort`, if
+  /// not null, is raised.
+  KeyframeId process(Map& map, const KeyframeCandidate& candidate, const std::atomic<bool>* abort = nullptr);
 
-  [[nodiscard]] const Map& map() const { return map_; }
   /// What the last keyframe took out of the map because it sat on something that turned out to move.
   [[nodiscard]] const std::vector<std::pair<InstanceId, RemovedLandmarks>>& removed() const {
     return removed_;
   }
 
  private:
-  void remove_movers(const FeatureWeights& weights);
-  KeyframeId insert(const KeyframeCandidate& candidate);
-  void create_points(KeyframeId id);
-  void create_lines(KeyframeId id);
+  void remove_movers(Map& map, const FeatureWeights& weights);
+  KeyframeId insert(Map& map, const KeyframeCandidate& candidate) const;
+  void create_points(Map& map, KeyframeId id);
+  void create_lines(Map& map, KeyframeId id);
 
   Camera camera_;
   DepthNoiseOptions noise_;
   MappingOptions options_;
-  Map map_;
   LandmarkFusion fusion_;
   LineMapping line_mapping_;
   LandmarkCulling<PointId> point_culling_;

@@ -15,16 +15,16 @@ namespace {
 
 class LockstepMapping final : public MappingSchedule {
  public:
-  LockstepMapping(LocalMapper mapper, std::optional<KeyframeLines> lines)
-      : mapper_(std::move(mapper)), lines_(std::move(lines)) {}
+  LockstepMapping(MapKeeper keeper, std::optional<KeyframeLines> lines)
+      : keeper_(std::move(keeper)), lines_(std::move(lines)) {}
 
   void start(NewKeyframe first) override { submit(std::move(first)); }
   void submit(NewKeyframe keyframe) override {
     if (lines_) region_lines_ = lines_->process(keyframe);
     const Stopwatch stopwatch;
-    local_map_ = mapper_.process(keyframe.candidate);
+    local_map_ = keeper_.add(keyframe.candidate);
     records_.push_back({keyframe.candidate.tracked.frame->index, keyframe.line_milliseconds,
-                        stopwatch.milliseconds(), mapper_.removed()});
+                        stopwatch.milliseconds(), keeper_.removed()});
   }
   [[nodiscard]] std::shared_ptr<const LocalMap> local_map() const override { return local_map_; }
   [[nodiscard]] bool idle() const override { return true; }
@@ -34,11 +34,11 @@ class LockstepMapping final : public MappingSchedule {
   }
   void finish() override {}
   void read(const std::function<void(const Map&, const std::vector<MappingRecord>&)>& fn) const override {
-    fn(mapper_.map(), records_);
+    fn(keeper_.map(), records_);
   }
 
  private:
-  LocalMapper mapper_;
+  MapKeeper keeper_;
   std::optional<KeyframeLines> lines_;
   std::shared_ptr<const LocalMap> local_map_;
   std::vector<RegionLines> region_lines_;
@@ -47,8 +47,8 @@ class LockstepMapping final : public MappingSchedule {
 
 class RealtimeMapping final : public MappingSchedule {
  public:
-  RealtimeMapping(LocalMapper mapper, std::optional<KeyframeLines> lines, std::size_t queue_size)
-      : mapper_(std::move(mapper)),
+  RealtimeMapping(MapKeeper keeper, std::optional<KeyframeLines> lines, std::size_t queue_size)
+      : keeper_(std::move(keeper)),
         lines_(std::move(lines)),
         queue_size_(queue_size),
         line_queue_(queue_size),
@@ -110,7 +110,7 @@ class RealtimeMapping final : public MappingSchedule {
 
   void read(const std::function<void(const Map&, const std::vector<MappingRecord>&)>& fn) const override {
     std::lock_guard lock(map_mutex_);
-    fn(mapper_.map(), records_);
+    fn(keeper_.map(), records_);
   }
 
  private:
@@ -154,9 +154,9 @@ class RealtimeMapping final : public MappingSchedule {
     try {
       std::lock_guard map_lock(map_mutex_);
       const Stopwatch stopwatch;
-      auto local_map = mapper_.process(keyframe.candidate, &abort_bundle_);
+      auto local_map = keeper_.add(keyframe.candidate, &abort_bundle_);
       records_.push_back({keyframe.candidate.tracked.frame->index, keyframe.line_milliseconds,
-                          stopwatch.milliseconds(), mapper_.removed()});
+                          stopwatch.milliseconds(), keeper_.removed()});
       std::lock_guard lock(state_mutex_);
       local_map_ = std::move(local_map);
     } catch (...) {
@@ -180,7 +180,7 @@ class RealtimeMapping final : public MappingSchedule {
     done_.notify_all();
   }
 
-  LocalMapper mapper_;                  // guarded by map_mutex_
+  MapKeeper keeper_;                    // guarded by map_mutex_
   std::vector<MappingRecord> records_;  // guarded by map_mutex_
   mutable std::mutex map_mutex_;
   std::optional<KeyframeLines> lines_;  // used by the line thread alone
@@ -204,14 +204,13 @@ class RealtimeMapping final : public MappingSchedule {
 
 }  // namespace
 
-std::unique_ptr<MappingSchedule> make_lockstep_mapping(LocalMapper mapper,
-                                                       std::optional<KeyframeLines> lines) {
-  return std::make_unique<LockstepMapping>(std::move(mapper), std::move(lines));
+std::unique_ptr<MappingSchedule> make_lockstep_mapping(MapKeeper keeper, std::optional<KeyframeLines> lines) {
+  return std::make_unique<LockstepMapping>(std::move(keeper), std::move(lines));
 }
 
-std::unique_ptr<MappingSchedule> make_realtime_mapping(LocalMapper mapper, std::optional<KeyframeLines> lines,
+std::unique_ptr<MappingSchedule> make_realtime_mapping(MapKeeper keeper, std::optional<KeyframeLines> lines,
                                                        std::size_t queue_size) {
-  return std::make_unique<RealtimeMapping>(std::move(mapper), std::move(lines), queue_size);
+  return std::make_unique<RealtimeMapping>(std::move(keeper), std::move(lines), queue_size);
 }
 
 }  // namespace ipl_slam

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "mapping/local_mapper.hpp"
 #include "pipeline/config.hpp"
 #include "pipeline/keyframe_lines.hpp"
+#include "pipeline/map_keeper.hpp"
 
 namespace ipl_slam {
 
@@ -45,11 +45,11 @@ class MappingSchedule {
 };
 
 /// Everything happens inside submit(): fixed order, repeatable results. No lines without an extractor.
-[[nodiscard]] std::unique_ptr<MappingSchedule> make_lockstep_mapping(LocalMapper mapper,
+[[nodiscard]] std::unique_ptr<MappingSchedule> make_lockstep_mapping(MapKeeper keeper,
                                                                      std::optional<KeyframeLines> lines);
 /// Line extraction and the mapper run on a thread each, one behind the other, and behind a bounded queue; a
 /// waiting keyframe cuts bundle adjustment short.
-[[nodiscard]] std::unique_ptr<MappingSchedule> make_realtime_mapping(LocalMapper mapper,
+[[nodiscard]] std::unique_ptr<MappingSchedule> make_realtime_mapping(MapKeeper keeper,
                                                                      std::optional<KeyframeLines> lines,
                                                                      std::size_t queue_size);
 

@@ -30,16 +30,18 @@ cv::Mat to_grey(const cv::Mat& color) {
 }
 
 std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config& config) {
-  LocalMapper mapper(camera, pyramid_of(config), config.depth, config.mapping);
+  MapKeeper keeper(Map(pyramid_of(config)),
+                   LocalMapper(camera, pyramid_of(config), config.depth, config.mapping),
+                   config.mapping.local_map);
   std::optional<KeyframeLines> lines;
   if (auto extractor = make_line_extractor(camera, config)) {
     lines.emplace(std::move(*extractor), LineMotionCheck(camera, config.dynamics.lines),
                   config.tracking.max_dynamic_share);
   }
   return config.schedule.mode == "realtime"
-             ? make_realtime_mapping(std::move(mapper), std::move(lines),
+             ? make_realtime_mapping(std::move(keeper), std::move(lines),
                                      static_cast<std::size_t>(config.schedule.keyframe_queue))
-             : make_lockstep_mapping(std::move(mapper), std::move(lines));
+             : make_lockstep_mapping(std::move(keeper), std::move(lines));
 }
 
 }  // namespace

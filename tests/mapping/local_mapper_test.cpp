@@ -4,6 +4,7 @@
 
 #include "support/line_world.hpp"
 #include "support/map_checks.hpp"
+#include "support/mapped.hpp"
 #include "support/synthetic_world.hpp"
 #include "tracking/tracker.hpp"
 
@@ -12,8 +13,8 @@ namespace {
 
 using namespace test;
 
-LocalMapper make_mapper(const MappingOptions& options = {}) {
-  return {kTestCamera, kTestPyramid, kTestNoise, options};
+Mapped make_mapper(const MappingOptions& options = {}) {
+  return Mapped({kTestCamera, kTestPyramid, kTestNoise, options}, options.local_map);
 }
 
 // A candidate that knows no landmark.
@@ -40,7 +41,7 @@ KeyframeCandidate candidate_after(const View& view, const Map& map, const View& 
 
 TEST(LocalMapper, TheFirstKeyframeStartsTheMapAtItsOwnPose) {
   const SyntheticWorld world;
-  LocalMapper mapper = make_mapper();
+  Mapped mapper = make_mapper();
   const View view = world.look(camera_at({0.1, 0.2, 0.0}, 0.1));
   const auto local = mapper.process(candidate(view));
   ASSERT_EQ(mapper.map().keyframes().size(), 1U);
@@ -60,7 +61,7 @@ TEST(LocalMapper, TheFirstKeyframeStartsTheMapAtItsOwnPose) {
 
 TEST(LocalMapper, MakesLandmarksOfKeypointsWithDepth) {
   const SyntheticWorld world;
-  LocalMapper mapper = make_mapper();
+  Mapped mapper = make_mapper();
   const View view = world.look(camera_at({0.0, 0.0, 0.0}), 0, {.depth_share = 0.7});
   (void)mapper.process(candidate(view));
   int with = 0, without = 0;
@@ -75,7 +76,7 @@ TEST(LocalMapper, MakesLandmarksOfKeypointsWithDepth) {
 
 TEST(LocalMapper, ASecondKeyframeSeesTheLandmarksItWasTrackedBy) {
   const SyntheticWorld world;
-  LocalMapper mapper = make_mapper();
+  Mapped mapper = make_mapper();
   const View first = world.look(camera_at({0.0, 0.0, 0.0}), 0),
              second = world.look(camera_at({0.2, 0.0, 0.0}), 10);
   (void)mapper.process(candidate(first));
@@ -99,7 +100,7 @@ TEST(LocalMapper, ASecondKeyframeSeesTheLandmarksItWasTrackedBy) {
 
 TEST(LocalMapper, FindsByFusionWhatTrackingDidNotSay) {
   const SyntheticWorld world;
-  LocalMapper mapper = make_mapper();
+  Mapped mapper = make_mapper();
   const View first = world.look(camera_at({0.0, 0.0, 0.0}), 0),
              second = world.look(camera_at({0.2, 0.0, 0.0}), 10);
   (void)mapper.process(candidate(first));
@@ -116,7 +117,7 @@ TEST(LocalMapper, FindsByFusionWhatTrackingDidNotSay) {
 
 TEST(LocalMapper, PlacesAKeyframeWhereItsReferenceIsNow) {
   const SyntheticWorld world, elsewhere(77);
-  LocalMapper mapper = make_mapper();
+  Mapped mapper = make_mapper();
   const View first = world.look(camera_at({0.0, 0.0, 0.0}), 0),
              second = world.look(camera_at({0.2, 0.0, 0.0}), 10);
   (void)mapper.process(candidate(first));
@@ -139,7 +140,7 @@ TEST(LocalMapper, PlacesAKeyframeWhereItsReferenceIsNow) {
 
 TEST(LocalMapper, CountsTheSightingsOfLandmarksThatAreStillThere) {
   const SyntheticWorld world;
-  LocalMapper mapper = make_mapper();
+  Mapped mapper = make_mapper();
   const View first = world.look(camera_at({0.0, 0.0, 0.0}), 0);
   (void)mapper.process(candidate(first));
   KeyframeCandidate next = candidate_after(first, mapper.map(), first, KeyframeId{0});
@@ -180,7 +181,7 @@ struct Walk {
   }
   SyntheticWorld world;
   Tracker tracker{kTestCamera, kTestPyramid, kTestNoise, {}};
-  LocalMapper mapper = make_mapper();
+  Mapped mapper = make_mapper();
   std::shared_ptr<const LocalMap> local;
   std::vector<SE3> truth;
   std::vector<TrackedFrame> frames;
@@ -248,7 +249,7 @@ struct LineMapper {
   }
   LineWorld world;
   LineView first = world.look(camera_at({0.0, 0.0, 0.0}), 0);
-  LocalMapper mapper;
+  Mapped mapper;
   std::shared_ptr<const LocalMap> local;
 };
 
@@ -355,7 +356,7 @@ TEST(LocalMapperLines, BuildAMapThatKeepsACameraInPlace) {
   options.line_support = 3.0;
   options.min_inliers = 30;
   Tracker tracker(kTestCamera, kTestPyramid, kTestNoise, options);
-  LocalMapper mapper = make_mapper();
+  Mapped mapper = make_mapper();
   std::shared_ptr<const LocalMap> local;
   const LineViewOptions noisy{.pixel_noise = 0.3, .inverse_depth_noise = 0.005, .depth_share = 0.8};
   for (std::size_t i = 0; i < 30; ++i) {

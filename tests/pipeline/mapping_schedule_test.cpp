@@ -17,8 +17,11 @@ using test::expect_consistent;
 using testing::small_camera;
 using testing::small_room;
 
-LocalMapper mapper() {
-  return {small_camera(), test::kTestPyramid, DepthNoiseOptions{}, MappingOptions{}};
+MapKeeper keeper() {
+  const MappingOptions options;
+  return {Map(test::kTestPyramid),
+          {small_camera(), test::kTestPyramid, DepthNoiseOptions{}, options},
+          options.local_map};
 }
 
 KeyframeLines keyframe_lines() {
@@ -37,6 +40,10 @@ std::vector<NewKeyframe> keyframes(int count) {
     tracked.frame = test::SyntheticWorld::make_frame({}, i);
     tracked.state = TrackingState::kTracking;
     tracked.T_cw = source.T_wc(i).inverse();
+    if (i > 0) {
+      tracked.reference = KeyframeId{0};
+      tracked.T_c_reference = tracked.T_cw * source.T_wc(0);
+    }
     cv::cvtColor(walk[i].color, keyframe.grey, cv::COLOR_BGR2GRAY);
     keyframe.depth = walk[i].depth;
     result.push_back(std::move(keyframe));
@@ -47,8 +54,8 @@ std::vector<NewKeyframe> keyframes(int count) {
 std::vector<std::unique_ptr<MappingSchedule>> both_schedules(bool with_lines = true) {
   const auto lines = [&] { return with_lines ? std::optional(keyframe_lines()) : std::nullopt; };
   std::vector<std::unique_ptr<MappingSchedule>> schedules;
-  schedules.push_back(make_lockstep_mapping(mapper(), lines()));
-  schedules.push_back(make_realtime_mapping(mapper(), lines(), 2));
+  schedules.push_back(make_lockstep_mapping(keeper(), lines()));
+  schedules.push_back(make_realtime_mapping(keeper(), lines(), 2));
   return schedules;
 }
 
@@ -130,7 +137,7 @@ bool has_failed(const MappingSchedule& schedule) {
 
 TEST(RealtimeMapping, LinesAreExtractedWhileTheMapperIsHeldUp) {
   const std::vector<NewKeyframe> walk = keyframes(3);
-  const auto schedule = make_realtime_mapping(mapper(), keyframe_lines(), 3);
+  const auto schedule = make_realtime_mapping(keeper(), keyframe_lines(), 3);
   schedule->start(walk[0]);
   // The mapper rests while the map is read: that the second keyframe fails can come from the line thread
   // only.
@@ -148,7 +155,7 @@ TEST(RealtimeMapping, LinesAreExtractedWhileTheMapperIsHeldUp) {
 
 TEST(RealtimeMapping, AsManyKeyframesWaitAsAreAllowed) {
   const std::vector<NewKeyframe> walk = keyframes(5);
-  const auto schedule = make_realtime_mapping(mapper(), keyframe_lines(), 2);
+  const auto schedule = make_realtime_mapping(keeper(), keyframe_lines(), 2);
   schedule->start(walk[0]);
   schedule->read([&](const Map&, const std::vector<MappingRecord>&) {
     for (std::size_t i = 1; i <= 3; ++i) {  // one is worked on, two wait
@@ -170,7 +177,7 @@ TEST(RealtimeMapping, AsManyKeyframesWaitAsAreAllowed) {
 
 TEST(RealtimeMapping, AFailureToExtractLinesReachesTheCaller) {
   const std::vector<NewKeyframe> walk = keyframes(2);
-  const auto schedule = make_realtime_mapping(mapper(), keyframe_lines(), 2);
+  const auto schedule = make_realtime_mapping(keeper(), keyframe_lines(), 2);
   schedule->start(walk[0]);
   schedule->submit(broken(walk[1]));
   EXPECT_THROW(schedule->finish(), std::exception);
@@ -180,7 +187,7 @@ TEST(RealtimeMapping, AFailureToExtractLinesReachesTheCaller) {
 
 TEST(RealtimeMapping, WhatComesAfterAFailureIsNotMapped) {
   const std::vector<NewKeyframe> walk = keyframes(3);
-  const auto schedule = make_realtime_mapping(mapper(), keyframe_lines(), 2);
+  const auto schedule = make_realtime_mapping(keeper(), keyframe_lines(), 2);
   schedule->start(walk[0]);
   schedule->read([&](const Map&, const std::vector<MappingRecord>&) {
     schedule->submit(broken(walk[1]));
@@ -199,7 +206,7 @@ TEST(RealtimeMapping, WhatComesAfterAFailureIsNotMapped) {
 TEST(RealtimeMapping, CanBeAbandonedWhileLinesAreExtracted) {
   const std::vector<NewKeyframe> walk = keyframes(4);
   for (std::size_t after = 1; after <= walk.size(); ++after) {
-    const auto schedule = make_realtime_mapping(mapper(), keyframe_lines(), 4);
+    const auto schedule = make_realtime_mapping(keeper(), keyframe_lines(), 4);
     schedule->start(walk[0]);
     for (std::size_t i = 1; i < after; ++i) schedule->submit(walk[i]);
     // Destroyed here, without finish().

@@ -1,0 +1,1 @@
+#include "loop/place_index.hpp"

@@ -1,0 +1,3 @@
+#include "loop/place_index.hpp"
+
+#include <gtest/gtest.h>
