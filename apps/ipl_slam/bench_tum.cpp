@@ -279,11 +279,7 @@ std::optional<Json> run_once(const PlannedRun& planned, std::size_t max_frames,
     throw UserError(fmt::format("no map could be started, none of {} frames was tracked", run.frames.size()));
   }
   const std::optional<Evaluation> evaluation = evaluate_run(sequence.truth, pipeline.trajectory());
-  Json summary;
-  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
-    summary = run_summary(run, setting, map, pipeline.instances(), evaluation ? &*evaluation : nullptr);
-  });
-  return summary;
+  return run_summary(run, setting, pipeline, evaluation ? &*evaluation : nullptr);
 }
 
 void say_result(const PlannedRun& run) {
@@ -298,19 +294,19 @@ void say_result(const PlannedRun& run) {
 }
 
 // Runs what has no good record yet and writes each record at once. A run that fails gets a record, too.
-void execute(std::vector<PlannedRun*> todo, const BenchTumOptions& options) {
+void execute(std::vector<PlannedRun*> pending, const BenchTumOptions& options) {
   std::size_t total = 0;
-  for (const PlannedRun* run : todo) total += run->sequence->frames;
+  for (const PlannedRun* run : pending) total += run->sequence->frames;
   std::optional<ProgressBar> bar;
   if (says_remarks()) bar.emplace("benchmark", total);
-  for (std::size_t i = 0; i < todo.size(); ++i) {
-    PlannedRun& run = *todo[i];
+  for (std::size_t i = 0; i < pending.size(); ++i) {
+    PlannedRun& run = *pending[i];
     std::size_t taken = 0;
     const auto advance = [&](std::size_t frames) {
       taken += frames;
       if (bar) bar->advance(frames);
     };
-    if (bar) bar->set_note(fmt::format("run {}/{}: {}", i + 1, todo.size(), run.name()));
+    if (bar) bar->set_note(fmt::format("run {}/{}: {}", i + 1, pending.size(), run.name()));
     Json record;
     try {
       const std::optional<Json> summary = run_once(run, options.settings.max_frames, [&] { advance(1); });
@@ -392,17 +388,17 @@ void write_tables(const BenchTumOptions& options, const std::vector<Variant>& va
 
 // The runs without a good record; says how many there are.
 std::vector<PlannedRun*> outstanding(std::vector<PlannedRun>& plan, const BenchTumOptions& options) {
-  std::vector<PlannedRun*> todo;
+  std::vector<PlannedRun*> pending;
   std::size_t failed = 0, of_others = 0;
   for (PlannedRun& run : plan) {
     if (run.record && run.record->ok()) continue;
-    todo.push_back(&run);
+    pending.push_back(&run);
     failed += run.record ? 1 : 0;
     std::error_code ignored;
     of_others += !run.record && fs::is_regular_file(run.file, ignored) ? 1 : 0;
   }
-  if (!says_remarks()) return todo;
-  if (const std::size_t kept = plan.size() - todo.size(); kept > 0) {
+  if (!says_remarks()) return pending;
+  if (const std::size_t kept = plan.size() - pending.size(); kept > 0) {
     fmt::print("{} of {} runs are there already with these settings and are kept (--force runs them anew)\n",
                kept, plan.size());
   }
@@ -410,8 +406,8 @@ std::vector<PlannedRun*> outstanding(std::vector<PlannedRun>& plan, const BenchT
   if (of_others > 0 && !options.force) {
     fmt::print("results of other settings, data or another version, replaced one by one: {}\n", of_others);
   }
-  if (todo.empty() && !plan.empty()) fmt::print("nothing to run\n");
-  return todo;
+  if (pending.empty() && !plan.empty()) fmt::print("nothing to run\n");
+  return pending;
 }
 
 // Says what is missing from the tables; an error where that is everything.

@@ -13,11 +13,13 @@
 #include "evaluation/report.hpp"
 #include "evaluation/trajectory_plot.hpp"
 #include "frame_folder.hpp"
+#include "map/map_file.hpp"
 #include "output.hpp"
 #include "pipeline/feature_overlay.hpp"
 #include "pipeline/instance_log.hpp"
 #include "pipeline/instance_overlay.hpp"
 #include "pipeline/lines_ply.hpp"
+#include "pipeline/loaded_map.hpp"
 #include "pipeline/map_view.hpp"
 #include "pipeline/run_report.hpp"
 #include "pipeline/sequence_run.hpp"
@@ -35,6 +37,8 @@ struct RunOptions {
   SequenceOptions sequence;
   fs::path output;
   SegmenterChoice segmenter;
+  fs::path save_map, load_map;
+  bool localize_only = false;
   bool realtime = false;
   bool save_overlays = false;
   int threads = 0;
@@ -122,12 +126,13 @@ void judge(const SequenceRun& result, const RunOptions& options, const Config& c
 
 void write_results(const OutputFolder& output, const SequenceRun& result, const RunSetting& setting,
                    const std::optional<Trajectory>& truth, const Pipeline& pipeline, FrameFolder* overlays) {
-  const Trajectory trajectory = pipeline.trajectory();
+  const std::vector<TrajectoryPart> parts = pipeline.trajectory_parts();
+  const Trajectory& trajectory = parts.front().poses;
   const std::optional<Evaluation> evaluation = evaluate_run(truth, trajectory);
   output.make_way();
   if (overlays) overlays->keep();
-  write_trajectory(output / "trajectory.txt", trajectory);
-  write_trajectory(output / "keyframes.txt", pipeline.keyframe_trajectory());
+  write_trajectory(output / "trajectory.txt", parts);
+  write_trajectory(output / "keyframes.txt", pipeline.keyframe_parts());
   write_file_atomically(output / "timings.csv", timings_csv(result));
   if (setting.config.segmentation.segmenter != "none") {
     write_file_atomically(output / "instances.jsonl",
@@ -140,13 +145,23 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
     write_file_atomically(output / "lines.ply", lines_ply(map));
     write_image_atomically(output / "map.png", draw_map_view(map, trajectory));
-    write_file_atomically(output / "summary.json",
-                          json_text(run_summary(result, setting, map, pipeline.instances(),
-                                                evaluation ? &*evaluation : nullptr)));
-    fmt::print("{}", run_text(result, map, pipeline.instances().dynamic()));
   });
+  write_file_atomically(output / "summary.json", json_text(run_summary(result, setting, pipeline,
+                                                                       evaluation ? &*evaluation : nullptr)));
+  fmt::print("{}", run_text(result, pipeline));
   if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
   fmt::print("results in {}\n", output.path().string());
+}
+
+void save(const RunOptions& options, const Pipeline& pipeline) {
+  if (options.save_map.empty()) return;
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
+    if (map.keyframes().size() == 0) {
+      log().warn("there is no map to save; '{}' was not written", options.save_map.string());
+    } else {
+      save_map(options.save_map, map, pipeline.camera());
+    }
+  });
 }
 
 void run(const RunOptions& options) {
@@ -159,7 +174,7 @@ void run(const RunOptions& options) {
   auto dataset =
       std::make_unique<TumDataset>(options.sequence.folder, camera, options.sequence.dataset_options());
   const RunSetting setting{options.sequence.folder.string(), options.sequence.preset, camera, config,
-                           dataset->unpaired_color()};
+                           dataset->unpaired_color(), options.load_map.string(), options.localize_only};
   if (setting.unpaired_color > 0 && says_remarks()) {
     fmt::print("{} color images have no depth image within {} s and are left out\n", setting.unpaired_color,
                options.sequence.dataset.max_difference);
@@ -168,7 +183,9 @@ void run(const RunOptions& options) {
   install_interrupt_handler();
 
   const std::unique_ptr<RgbdSource> source = open_source(std::move(dataset), config, options.realtime);
-  Pipeline pipeline(camera, config);  // before the output folder: it may find that there is no such model
+  std::optional<Map> loaded;
+  if (!options.load_map.empty()) loaded = load_fitting_map(options.load_map, camera, config);
+  Pipeline pipeline(camera, config, std::move(loaded), options.localize_only);  // before the output folder: it may find that there is no such model
   const OutputFolder output(options.output);
   std::optional<FrameFolder> overlays;
   if (options.save_overlays) overlays.emplace(output / "overlays");
@@ -181,6 +198,7 @@ void run(const RunOptions& options) {
     output.leave_no_trace();
     throw;
   }
+  save(options, pipeline);
   for (const std::string& remark : pipeline.instances().remarks()) log().warn("{}", remark);
   write_results(output, result, setting, truth, pipeline, overlays ? &*overlays : nullptr);
   if (result.interrupted) exit_code() = kInterrupted;
@@ -202,6 +220,18 @@ void add_run_verb(CLI::App& app) {
       ->required();
   verb->add_flag("--save-overlays", options->save_overlays,
                  "Write each frame with its points, lines and instances drawn in to RUN_DIR/overlays");
+  verb->add_option("--save-map", options->save_map,
+                   "Write the map to this file at the end, to go on with it or to export it (`ipl_slam map`)")
+      ->type_name("FILE")
+      ->check(not_empty());
+  auto* load = verb->add_option("--load-map", options->load_map,
+                                "Go on with a map saved before: the trajectory is in its world, from the first "
+                                "place of it that is recognised on")
+                   ->type_name("FILE")
+                   ->check(not_empty());
+  verb->add_flag("--localize-only", options->localize_only,
+                 "With --load-map: leave the map as it is, only find the camera in it")
+      ->needs(load);
   verb->add_flag("--realtime", options->realtime,
                  "Play at recorded speed, with segmentation and mapping on threads of their own; frames that "
                  "come too late are dropped and counted, and no two runs are alike");

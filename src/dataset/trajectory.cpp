@@ -71,12 +71,19 @@ Trajectory read_trajectory(const std::filesystem::path& file, std::size_t* rejec
 }
 
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {
+  write_trajectory(file, std::vector<TrajectoryPart>{{PartId{0}, trajectory}});
+}
+
+void write_trajectory(const std::filesystem::path& file, const std::vector<TrajectoryPart>& parts) {
   std::string text = "# timestamp tx ty tz qx qy qz qw (camera to world, s, m)\n";
-  for (const StampedPose& pose : trajectory) {
-    const Eigen::Vector3d& t = pose.T_wc.translation();
-    const Eigen::Quaterniond& q = pose.T_wc.rotation();
-    fmt::format_to(std::back_inserter(text), "{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n",
-                   pose.timestamp, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::string mark = i == 0 ? "" : fmt::format("# part {}: ", parts[i].part.value);
+    for (const StampedPose& pose : parts[i].poses) {
+      const Eigen::Vector3d& t = pose.T_wc.translation();
+      const Eigen::Quaterniond& q = pose.T_wc.rotation();
+      fmt::format_to(std::back_inserter(text), "{}{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n",
+                     mark, pose.timestamp, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+    }
   }
   write_file_atomically(file, text);
 }

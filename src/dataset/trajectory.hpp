@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "common/ids.hpp"
 #include "geometry/se3.hpp"
 
 namespace ipl_slam {
@@ -16,6 +17,12 @@ struct StampedPose {
 /// Poses in order of time.
 using Trajectory = std::vector<StampedPose>;
 
+/// Poses in the world of one part of a map. Where one part lies relative to another is not known.
+struct TrajectoryPart {
+  PartId part;
+  Trajectory poses;
+};
+
 /// Reads a TUM trajectory file: lines "timestamp tx ty tz qx qy qz qw", '#' comments. Lines with NaN,
 /// infinities or a zero quaternion are left out and counted in `rejected` (may be null). Duplicate and
 /// backward timestamps likewise. Throws UserError (file, line, mend) when the file cannot be read, a line
@@ -25,5 +32,8 @@ using Trajectory = std::vector<StampedPose>;
 /// Writes a TUM trajectory file (timestamps with 6 decimals, values with 9), atomically: beside, then
 /// renamed. Throws UserError when it cannot be written.
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory);
+/// The same of several parts. The first one's poses are the file's; those of the others follow as comments
+/// "# part 2: timestamp tx ty tz qx qy qz qw": readers of the format see poses of one world only.
+void write_trajectory(const std::filesystem::path& file, const std::vector<TrajectoryPart>& parts);
 
 }  // namespace ipl_slam

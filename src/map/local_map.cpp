@@ -66,6 +66,7 @@ int LocalMap::find_point(PointId id) const {
 LocalMap build_local_map(const Map& map, KeyframeId centre, const LocalMapOptions& options) {
   LocalMap local;
   local.centre = centre;
+  local.part = map.keyframes()[centre].part;
   for (const KeyframeId id : choose_keyframes(map, centre, options)) {
     const Keyframe& keyframe = map.keyframes()[id];
     local.keyframes.push_back({id, keyframe.T_cw, keyframe.frame, {}, {}});

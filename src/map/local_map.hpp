@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -60,6 +61,9 @@ struct LocalKeyframe {
 /// the tracker reads it while the mapper goes on changing the map.
 struct LocalMap {
   KeyframeId centre;                     ///< the keyframe it was built around
+  PartId part;                           ///< the part of the map it belongs to
+  int corrections = 0;                   ///< how often the whole map was corrected before it was built
+  std::optional<SE3> found;              ///< T_cw of a lost frame, where it was built to take that up again
   std::vector<LocalKeyframe> keyframes;  ///< in order of id
   std::vector<LocalPoint> points;        ///< in order of id
   std::vector<LocalLine> lines;          ///< in order of id

@@ -199,9 +199,9 @@ SE3 Map::pose_of(KeyframeId id) const {
   return T_c_ancestor * keyframes_[id].T_cw;
 }
 
-PartId Map::part_of(KeyframeId id) const {
+KeyframeId Map::surviving(KeyframeId id) const {
   while (const RemovedKeyframe* removed = find_removed(id)) id = removed->parent;
-  return keyframes_[id].part;
+  return id;
 }
 
 std::vector<PartId> Map::parts() const {

@@ -139,8 +139,10 @@ class Map {
   [[nodiscard]] LandmarkId resolve(LandmarkId id) const;
   /// T_cw of a keyframe that is, or once was, in the map.
   [[nodiscard]] SE3 pose_of(KeyframeId id) const;
+  /// The keyframe itself where it is in the map; where it was taken out, the one its pose hangs on.
+  [[nodiscard]] KeyframeId surviving(KeyframeId id) const;
   /// The part of a keyframe that is, or once was, in the map.
-  [[nodiscard]] PartId part_of(KeyframeId id) const;
+  [[nodiscard]] PartId part_of(KeyframeId id) const { return keyframes_[surviving(id)].part; }
   [[nodiscard]] KeyframeId anchor(PartId part) const { return anchors_[part.value]; }
   [[nodiscard]] bool is_anchor(KeyframeId id) const { return anchor(keyframes_[id].part) == id; }
   /// Those there are, the oldest first.

@@ -12,6 +12,7 @@
 #include "features/line_extractor.hpp"
 #include "features/orb_extractor.hpp"
 #include "geometry/depth_noise.hpp"
+#include "loop/loop_closer.hpp"
 #include "mapping/keyframe_policy.hpp"
 #include "mapping/local_mapper.hpp"
 #include "segmentation/instance_tracker.hpp"
@@ -76,6 +77,7 @@ struct Config {
   TrackerOptions tracking;
   KeyframePolicyOptions keyframes;
   MappingOptions mapping;
+  LoopOptions loops;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -92,6 +94,7 @@ struct Config {
     v.section("tracking", tracking, "camera pose of every frame");
     v.section("keyframes", keyframes, "which frames enter the map");
     v.section("mapping", mapping, "landmarks and keyframes");
+    v.section("loops", loops, "known places recognised");
   }
 };
 

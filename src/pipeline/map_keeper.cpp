@@ -1,11 +1,105 @@
 #include "pipeline/map_keeper.hpp"
 
+#include <Eigen/Geometry>
+
 namespace ipl_slam {
+namespace {
+
+ScalePyramid pyramid_of(const Config& config) {
+  return {config.orb.levels, config.orb.scale_factor};
+}
+
+}  // namespace
+
+const char* to_string(PlaceEvent::Kind kind) {
+  switch (kind) {
+    case PlaceEvent::Kind::kLoop:
+      return "loop";
+    case PlaceEvent::Kind::kMerge:
+      return "merge";
+    case PlaceEvent::Kind::kRelocalized:
+      return "relocalized";
+  }
+  return "?";
+}
+
+MapKeeper::MapKeeper(const Camera& camera, const Config& config, std::optional<Map> loaded)
+    : camera_(camera),
+      noise_(config.depth),
+      mapping_(config.mapping),
+      map_(loaded ? std::move(*loaded) : Map(pyramid_of(config))),
+      mapper_(camera, pyramid_of(config), config.depth, config.mapping),
+      fusion_(camera, pyramid_of(config), config.depth, config.mapping.fusion),
+      line_mapping_(camera, config.depth, config.mapping.lines) {
+  if (!config.loops.enabled) return;
+  loops_.emplace(camera, pyramid_of(config), config.depth, config.loops, config.tracking.pose,
+                 config.schedule.seed);
+  loops_->learn(map_);
+}
 
 std::shared_ptr<const LocalMap> MapKeeper::add(const KeyframeCandidate& candidate,
                                                const std::atomic<bool>* abort) {
   const KeyframeId id = mapper_.process(map_, candidate, abort);
-  return std::make_shared<const LocalMap>(build_local_map(map_, id, local_map_));
+  if (loops_) recognise(id);
+  return around(id);
+}
+
+void MapKeeper::recognise(KeyframeId id) {
+  const std::optional<PlaceMatch> match = loops_->look_for_loop(map_, id);
+  if (!match) return;
+  const PartId own = map_.keyframes()[id].part, other = map_.keyframes()[match->keyframe].part;
+  PlaceEvent event{.frame_index = map_.keyframes()[id].frame->index,
+                   .known_index = map_.keyframes()[match->keyframe].frame->index,
+                   .inliers = match->inliers};
+  if (own == other) {
+    const SE3 correction = match->T_cw * map_.keyframes()[id].T_cw.inverse();
+    event.translation = correction.translation().norm();
+    event.rotation = Eigen::AngleAxisd(correction.rotation()).angle();
+    close_loop(map_, id, *match, fusion_, line_mapping_);
+    unsettled_ = own;
+  } else {
+    event.kind = PlaceEvent::Kind::kMerge;
+    merge_parts(map_, id, *match, fusion_, line_mapping_);
+    if (unsettled_ == std::max(own, other)) unsettled_ = std::min(own, other);
+  }
+  events_.push_back(event);
+  ++corrections_;
+}
+
+std::shared_ptr<const LocalMap> MapKeeper::find_place(const TrackedFrame& lost) {
+  if (!loops_) return nullptr;
+  const std::optional<PlaceMatch> match =
+      loops_->find(map_, {*lost.frame, {lost.weights.points, lost.weights.point_regions}});
+  if (!match) return nullptr;
+  events_.push_back({.kind = PlaceEvent::Kind::kRelocalized,
+                     .frame_index = lost.frame->index,
+                     .known_index = map_.keyframes()[match->keyframe].frame->index,
+                     .inliers = match->inliers});
+  LocalMap local = build_local_map(map_, match->keyframe, mapping_.local_map);
+  local.corrections = corrections_;
+  local.found = match->T_cw;
+  return std::make_shared<const LocalMap>(std::move(local));
+}
+
+std::shared_ptr<const LocalMap> MapKeeper::around(KeyframeId id) const {
+  LocalMap local = build_local_map(map_, map_.surviving(id), mapping_.local_map);
+  local.corrections = corrections_;
+  return std::make_shared<const LocalMap>(std::move(local));
+}
+
+std::shared_ptr<const LocalMap> MapKeeper::around_newest() const {
+  return map_.newest_keyframe().valid() ? around(map_.newest_keyframe()) : nullptr;
+}
+
+GlobalBundle MapKeeper::begin_global_bundle() {
+  corrections_at_bundle_ = corrections_;
+  return {map_, std::exchange(unsettled_, PartId{}), camera_, noise_, mapping_.bundle};
+}
+
+void MapKeeper::apply(const GlobalBundle& bundle) {
+  if (corrections_ != corrections_at_bundle_) return;
+  bundle.apply(map_);
+  ++corrections_;
 }
 
 }  // namespace ipl_slam

@@ -1,34 +1,85 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
 
+#include "loop/global_bundle.hpp"
+#include "loop/loop_closer.hpp"
 #include "map/local_map.hpp"
 #include "mapping/local_mapper.hpp"
+#include "pipeline/config.hpp"
 
 namespace ipl_slam {
+
+/// A known place that was recognised.
+struct PlaceEvent {
+  enum class Kind {
+    kLoop,        ///< a loop was closed
+    kMerge,       ///< two parts of the map became one
+    kRelocalized  ///< a lost camera was found again
+  };
+  Kind kind = Kind::kLoop;
+  std::size_t frame_index = 0;  ///< of the keyframe or lost frame that shows it
+  std::size_t known_index = 0;  ///< of the frame of the keyframe it was compared with
+  int inliers = 0;              ///< landmarks that agree on the pose
+  double translation = 0.0;     ///< of a loop: by how much the keyframe was corrected, m
+  double rotation = 0.0;        ///< the same, rad
+};
+
+/// "loop", "merge" or "relocalized".
+[[nodiscard]] const char* to_string(PlaceEvent::Kind kind);
 
 /// Owns the map and does with it what a keyframe sets off: local mapping, closing of loops, merging of parts.
 /// Everything happens on the calling thread; the schedules decide which that is.
 class MapKeeper {
  public:
-  MapKeeper(Map map, LocalMapper mapper, const LocalMapOptions& local_map)
-      : map_(std::move(map)), mapper_(std::move(mapper)), local_map_(local_map) {}
+  /// Goes on with `loaded`, if there is one.
+  MapKeeper(const Camera& camera, const Config& config, std::optional<Map> loaded = std::nullopt);
 
   /// Takes a keyframe in and returns the local map around it. Bundle adjustment ends early when `abort`, if
   /// not null, is raised.
   [[nodiscard]] std::shared_ptr<const LocalMap> add(const KeyframeCandidate& candidate,
                                                     const std::atomic<bool>* abort = nullptr);
+  /// The local map around the place where a lost frame was taken, in whatever part; null = no known place.
+  [[nodiscard]] std::shared_ptr<const LocalMap> find_place(const TrackedFrame& lost);
+  /// The local map around the newest keyframe; null as long as there is none.
+  [[nodiscard]] std::shared_ptr<const LocalMap> around_newest() const;
+  /// The local map around a keyframe that is, or once was, in the map.
+  [[nodiscard]] std::shared_ptr<const LocalMap> around(KeyframeId id) const;
+
+  /// Whether a loop was closed since the last global bundle adjustment was begun.
+  [[nodiscard]] bool wants_global_bundle() const { return unsettled_.valid(); }
+  /// The global bundle adjustment that is wanted, to be solved anywhere and then applied.
+  [[nodiscard]] GlobalBundle begin_global_bundle();
+  /// Does nothing where the map was corrected since it was begun.
+  void apply(const GlobalBundle& bundle);
+
   [[nodiscard]] const Map& map() const { return map_; }
+  [[nodiscard]] const std::vector<PlaceEvent>& events() const { return events_; }
   /// What the last keyframe took out of the map because it sat on something that turned out to move.
   [[nodiscard]] const std::vector<std::pair<InstanceId, RemovedLandmarks>>& removed() const {
     return mapper_.removed();
   }
 
  private:
+  void recognise(KeyframeId id);
+
+  Camera camera_;
+  DepthNoiseOptions noise_;
+  MappingOptions mapping_;
   Map map_;
   LocalMapper mapper_;
-  LocalMapOptions local_map_;
+  std::optional<LoopCloser> loops_;  // nothing where places are not to be recognised
+  LandmarkFusion fusion_;
+  LineMapping line_mapping_;
+  std::vector<PlaceEvent> events_;
+  int corrections_ = 0;
+  int corrections_at_bundle_ = 0;  // when the last global bundle adjustment was begun
+  PartId unsettled_;  // the part whose loop was closed since; invalid = none
 };
 
 }  // namespace ipl_slam

@@ -38,19 +38,21 @@ class MappingSchedule {
   /// What the lines of the newest keyframe that has regions told about them; empty if nothing since the last
   /// call.
   [[nodiscard]] virtual std::vector<RegionLines> take_region_lines() = 0;
+  /// Looks for the place where a lost frame was taken, in all of the map. Where it is found a local map around
+  /// it follows: at once in lockstep, when it is ready in realtime, which looks for one frame at a time.
+  virtual void find_place(const TrackedFrame& lost) = 0;
+  /// Has a local map around this keyframe follow, for a camera that moves on without making keyframes.
+  virtual void move_to(KeyframeId id) = 0;
   /// Waits until everything submitted is in the map.
   virtual void finish() = 0;
+  /// The known places that were recognised so far.
+  [[nodiscard]] virtual std::vector<PlaceEvent> events() const = 0;
   /// Calls fn with the map while the mapper rests.
   virtual void read(const std::function<void(const Map&, const std::vector<MappingRecord>&)>& fn) const = 0;
 };
 
-/// Everything happens inside submit(): fixed order, repeatable results. No lines without an extractor.
+/// Everything happens inside the calls: fixed order, repeatable results. No lines without an extractor.
 [[nodiscard]] std::unique_ptr<MappingSchedule> make_lockstep_mapping(MapKeeper keeper,
                                                                      std::optional<KeyframeLines> lines);
-/// Line extraction and the mapper run on a thread each, one behind the other, and behind a bounded queue; a
-/// waiting keyframe cuts bundle adjustment short.
-[[nodiscard]] std::unique_ptr<MappingSchedule> make_realtime_mapping(MapKeeper keeper,
-                                                                     std::optional<KeyframeLines> lines,
-                                                                     std::size_t queue_size);
 
 }  // namespace ipl_slam

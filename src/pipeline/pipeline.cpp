@@ -1,13 +1,16 @@
 #include "pipeline/pipeline.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <stdexcept>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 #include "common/stopwatch.hpp"
+#include "pipeline/realtime_mapping.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -29,10 +32,9 @@ cv::Mat to_grey(const cv::Mat& color) {
   return grey;
 }
 
-std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config& config) {
-  MapKeeper keeper(Map(pyramid_of(config)),
-                   LocalMapper(camera, pyramid_of(config), config.depth, config.mapping),
-                   config.mapping.local_map);
+std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config& config,
+                                              std::optional<Map> loaded) {
+  MapKeeper keeper(camera, config, std::move(loaded));
   std::optional<KeyframeLines> lines;
   if (auto extractor = make_line_extractor(camera, config)) {
     lines.emplace(std::move(*extractor), LineMotionCheck(camera, config.dynamics.lines),
@@ -44,9 +46,30 @@ std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config
              : make_lockstep_mapping(std::move(keeper), std::move(lines));
 }
 
+// Poses by the part of the map they belong to, the longest list first, among equals the older part.
+class PartLists {
+ public:
+  void add(PartId part, const StampedPose& pose) {
+    parts_[part].part = part;
+    parts_[part].poses.push_back(pose);
+  }
+  [[nodiscard]] std::vector<TrajectoryPart> sorted() const {
+    std::vector<TrajectoryPart> sorted;
+    for (const auto& [part, list] : parts_) sorted.push_back(list);
+    std::stable_sort(sorted.begin(), sorted.end(), [](const TrajectoryPart& a, const TrajectoryPart& b) {
+      return a.poses.size() > b.poses.size();
+    });
+    if (sorted.empty()) sorted.emplace_back();
+    return sorted;
+  }
+
+ private:
+  std::map<PartId, TrajectoryPart> parts_;
+};
+
 }  // namespace
 
-Pipeline::Pipeline(const Camera& camera, const Config& config)
+Pipeline::Pipeline(const Camera& camera, const Config& config, std::optional<Map> loaded, bool localize_only)
     : camera_(camera),
       threads_(config.schedule.threads),
       noise_(config.features.noise, config.schedule.seed),
@@ -57,8 +80,11 @@ Pipeline::Pipeline(const Camera& camera, const Config& config)
       tracker_(camera, pyramid_of(config), config.depth, config.tracking, config.lines.depth,
                config.schedule.seed),
       policy_(config.keyframes),
-      mapping_(make_mapping(camera, config)),
-      last_timestamp_(-std::numeric_limits<double>::infinity()) {}
+      localize_only_(localize_only),
+      next_keyframe_(loaded ? static_cast<std::uint32_t>(loaded->keyframes().ids_used()) : 0),
+      last_timestamp_(-std::numeric_limits<double>::infinity()) {
+  mapping_ = make_mapping(camera, config, std::move(loaded));
+}
 
 FrameResult Pipeline::process(const RgbdFrame& image) {
   if (!std::isfinite(image.timestamp) || image.timestamp <= last_timestamp_) {
@@ -76,42 +102,46 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   last_timestamp_ = image.timestamp;
   result.times.features = stopwatch.restart();
 
-  FrameInstances seen = instances_->see(image, tracker_.expected_pose(image.timestamp));
+  // What is judged over frames goes by poses in a world without jumps.
+  const auto to_odometry = [&](const SE3& T_wc) { return tracker_.T_ow() * T_wc; };
+  std::optional<SE3> expected = tracker_.expected_pose(image.timestamp);
+  if (expected) expected = to_odometry(*expected);
+  FrameInstances seen = instances_->see(image, expected);
   last_instances_ = std::move(seen.instances);
   result.mask_age = seen.mask_age;
   result.times.instances = stopwatch.restart();
 
-  const std::shared_ptr<const LocalMap> map = mapping_->local_map();
+  std::shared_ptr<const LocalMap> map = mapping_->local_map();
   dynamics_.add_lines(mapping_->take_region_lines());
   const std::vector<std::uint8_t>& witness = dynamics_.locate(frame, last_instances_);
-  FeatureWeights weights = dynamics_.decide(tracker_.first_pose(*frame, map, witness),
-                                            [&](InstanceId id) { return instances_->verdict(id).state; });
+  std::optional<SE3> first_pose = tracker_.first_pose(*frame, map, witness);
+  if (first_pose) first_pose = to_odometry(first_pose->inverse()).inverse();
+  FeatureWeights weights =
+      dynamics_.decide(first_pose, [&](InstanceId id) { return instances_->verdict(id).state; });
   result.times.dynamics = stopwatch.restart();
 
-  TrackedFrame tracked =
-      tracker_.track(frame, map, first_lines_ ? grey : cv::Mat(), image.depth, std::move(weights));
+  const cv::Mat line_image = first_lines_ ? grey : cv::Mat();
+  TrackedFrame tracked = tracker_.track(frame, map, line_image, image.depth, std::move(weights));
+  if (tracked.state == TrackingState::kLost) tracked = recover(std::move(tracked), map, line_image, image.depth);
   result.times.tracking = stopwatch.restart();
 
-  if (!map) {
+  if (!map || (tracker_.given_up(image.timestamp) && !localize_only_)) {
     result.keyframe = start_map(tracked, grey, image.depth, result.times);
-  } else if (mapping_->has_room() && policy_.wants(tracked, *map, mapping_->idle())) {
-    mapping_->submit(
-        {{tracked, tracker_.take_sightings(), tracker_.take_line_sightings()}, grey, image.depth});
-    result.keyframe = true;
-    // From here on its pose is the keyframe's own, which bundle adjustment goes on improving.
-    tracked.reference = KeyframeId{keyframes_submitted_++};
-    tracked.T_c_reference = SE3();
-    tracker_.became_keyframe(tracked.reference);
+  } else if (localize_only_) {
+    if (tracked.reference.valid() && tracked.reference != map->centre) mapping_->move_to(tracked.reference);
+  } else {
+    result.keyframe = submit(tracked, *map, grey, image.depth);
   }
 
-  const bool placed = tracked.state == TrackingState::kTracking;
   stopwatch.restart();
-  instances_->placed(image, placed ? std::optional(tracked.T_cw.inverse()) : std::nullopt);
-  dynamics_.placed(placed ? std::optional(tracked.T_cw) : std::nullopt);
-  result.times.instances += stopwatch.milliseconds();
-  if (placed) {
+  std::optional<SE3> T_oc;
+  if (tracked.state == TrackingState::kTracking) {
+    T_oc = to_odometry(tracked.T_cw.inverse());
     placed_.push_back({image.timestamp, tracked.reference, tracked.T_c_reference});
   }
+  instances_->placed(image, T_oc);
+  dynamics_.placed(T_oc ? std::optional(T_oc->inverse()) : std::nullopt);
+  result.times.instances += stopwatch.milliseconds();
   result.state = tracked.state;
   result.T_wc = tracked.T_cw.inverse();
   result.keypoints = frame->features.size();
@@ -120,6 +150,25 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   last_tracked_ = std::move(tracked);
   result.instances = instance_records();
   return result;
+}
+
+TrackedFrame Pipeline::recover(TrackedFrame lost, std::shared_ptr<const LocalMap>& map, const cv::Mat& grey,
+                               const cv::Mat& depth) {
+  mapping_->find_place(lost);
+  const std::shared_ptr<const LocalMap> found = mapping_->local_map();
+  if (found == map) return lost;
+  map = found;
+  return tracker_.track(lost.frame, map, grey, depth, lost.weights);
+}
+
+bool Pipeline::submit(TrackedFrame& tracked, const LocalMap& map, const cv::Mat& grey, const cv::Mat& depth) {
+  if (!mapping_->has_room() || !policy_.wants(tracked, map, mapping_->idle())) return false;
+  mapping_->submit({{tracked, tracker_.take_sightings(), tracker_.take_line_sightings()}, grey, depth});
+  // From here on its pose is the keyframe's own, which bundle adjustment goes on improving.
+  tracked.reference = KeyframeId{next_keyframe_++};
+  tracked.T_c_reference = SE3();
+  tracker_.became_keyframe(tracked.reference);
+  return true;
 }
 
 void Pipeline::finish() {
@@ -139,44 +188,54 @@ std::vector<InstanceRecord> Pipeline::instance_records() const {
   return records;
 }
 
-// The first keyframe stands at the world's origin. Until there is one each frame's lines are extracted.
+// The first keyframe of a part stands at the origin of its world. Until there is one each frame's lines are
+// extracted.
 bool Pipeline::start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat& depth, FrameTimes& times) {
-  NewKeyframe keyframe{.candidate = {.tracked = first}, .grey = grey, .depth = depth};
+  TrackedFrame origin;
+  origin.frame = first.frame;
+  origin.points.resize(first.points.size());
+  origin.weights = first.weights;
+  NewKeyframe keyframe{.candidate = {.tracked = origin}, .grey = grey, .depth = depth};
   if (first_lines_) {
     const Stopwatch stopwatch;
     keyframe.candidate.lines = std::make_shared<const LineFeatures>(first_lines_->extract(grey, depth));
     keyframe.line_milliseconds = stopwatch.milliseconds();
   }
-  if (!tracker_.can_start_map(*first.frame, keyframe.candidate.lines.get())) {
+  if (!tracker_.can_start_map(*origin.frame, keyframe.candidate.lines.get(), origin.weights)) {
     times.features += keyframe.line_milliseconds;
     return false;
   }
   mapping_->start(std::move(keyframe));
+  first = std::move(origin);
   first.state = TrackingState::kTracking;
-  first.reference = KeyframeId{keyframes_submitted_++};
+  first.reference = KeyframeId{next_keyframe_++};
   tracker_.start(first);
   policy_.started_with(*first.frame);
   return true;
 }
 
-Trajectory Pipeline::trajectory() const {
-  Trajectory trajectory;
+std::vector<TrajectoryPart> Pipeline::trajectory_parts() const {
+  PartLists lists;
   mapping_->read([&](const Map& map, const std::vector<MappingRecord>&) {
     for (const Placed& p : placed_) {
-      trajectory.push_back({p.timestamp, (p.T_c_reference * map.pose_of(p.reference)).inverse()});
+      lists.add(map.part_of(p.reference),
+                {p.timestamp, (p.T_c_reference * map.pose_of(p.reference)).inverse()});
     }
   });
-  return trajectory;
+  return lists.sorted();
 }
 
-Trajectory Pipeline::keyframe_trajectory() const {
-  Trajectory trajectory;
+std::vector<TrajectoryPart> Pipeline::keyframe_parts() const {
+  PartLists lists;
   mapping_->read([&](const Map& map, const std::vector<MappingRecord>&) {
     map.keyframes().for_each([&](KeyframeId, const Keyframe& keyframe) {
-      trajectory.push_back({keyframe.frame->timestamp, keyframe.T_cw.inverse()});
+      lists.add(keyframe.part, {keyframe.frame->timestamp, keyframe.T_cw.inverse()});
     });
   });
-  return trajectory;
+  std::vector<TrajectoryPart> parts = lists.sorted();
+  std::stable_partition(parts.begin(), parts.end(), [main = trajectory_parts().front().part](
+                                                        const TrajectoryPart& p) { return p.part == main; });
+  return parts;
 }
 
 }  // namespace ipl_slam

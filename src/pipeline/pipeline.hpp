@@ -44,7 +44,10 @@ struct FrameResult {
 /// the mapper runs on is the business of its schedule.
 class Pipeline {
  public:
-  Pipeline(const Camera& camera, const Config& config);
+  /// Goes on with `loaded`, if there is a map: the camera is lost until it sees a place of it, and the world
+  /// is the map's. With `localize_only` the map stays as it is: nothing is added, nor is a part begun.
+  Pipeline(const Camera& camera, const Config& config, std::optional<Map> loaded = std::nullopt,
+           bool localize_only = false);
 
   /// Frames must come in order of time and have the camera's size; throws std::invalid_argument otherwise.
   FrameResult process(const RgbdFrame& image);
@@ -52,8 +55,14 @@ class Pipeline {
   void finish();
 
   /// Camera-to-world poses of all tracked frames, with every correction made since; lost frames have none.
-  [[nodiscard]] Trajectory trajectory() const;
-  [[nodiscard]] Trajectory keyframe_trajectory() const;
+  /// One list per part of the map that frames were tracked in, the longest first: where the others lie
+  /// relative to it was never found out. Never empty.
+  [[nodiscard]] std::vector<TrajectoryPart> trajectory_parts() const;
+  /// The same of the keyframes; the part that has most of the frames comes first.
+  [[nodiscard]] std::vector<TrajectoryPart> keyframe_parts() const;
+  /// The first of these parts.
+  [[nodiscard]] Trajectory trajectory() const { return trajectory_parts().front().poses; }
+  [[nodiscard]] Trajectory keyframe_trajectory() const { return keyframe_parts().front().poses; }
   [[nodiscard]] const MappingSchedule& mapping() const { return *mapping_; }
   [[nodiscard]] const InstanceSchedule& instances() const { return *instances_; }
   [[nodiscard]] const Camera& camera() const { return camera_; }
@@ -70,7 +79,12 @@ class Pipeline {
     SE3 T_c_reference;
   };
 
-  /// Starts the map with this frame if it shows enough.
+  /// Places a frame whose camera is lost, if its place is known: in the local map around it then.
+  [[nodiscard]] TrackedFrame recover(TrackedFrame lost, std::shared_ptr<const LocalMap>& map,
+                                     const cv::Mat& grey, const cv::Mat& depth);
+  /// Submits the frame to the map if it should be a keyframe.
+  bool submit(TrackedFrame& tracked, const LocalMap& map, const cv::Mat& grey, const cv::Mat& depth);
+  /// Starts the map, or a new part of it, with this frame if it shows enough.
   bool start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat& depth, FrameTimes& times);
   [[nodiscard]] std::vector<InstanceRecord> instance_records() const;
 
@@ -84,10 +98,11 @@ class Pipeline {
   Tracker tracker_;
   KeyframePolicy policy_;
   std::unique_ptr<MappingSchedule> mapping_;
+  bool localize_only_;
   std::vector<Placed> placed_;
   TrackedFrame last_tracked_;
   std::vector<TrackedInstance> last_instances_;
-  std::uint32_t keyframes_submitted_ = 0;  // the mapper numbers them in this order
+  std::uint32_t next_keyframe_;  // the mapper numbers them in the order they are submitted
   double last_timestamp_;
 };
 

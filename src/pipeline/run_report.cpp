@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <set>
 
@@ -129,14 +130,62 @@ Json camera_json(const Camera& c) {
           {"depth_scale", c.depth_scale}};
 }
 
+Json map_json(const RunSetting& setting, const Pipeline& pipeline) {
+  Json parts = Json::array();
+  for (const TrajectoryPart& part : pipeline.trajectory_parts()) {
+    if (part.part.valid()) parts.push_back({{"part", part.part.value}, {"tracked", part.poses.size()}});
+  }
+  Json json;
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
+    json = {{"loaded", setting.loaded_map.empty() ? Json(nullptr) : Json(setting.loaded_map)},
+            {"localize_only", setting.localize_only},
+            {"keyframes", map.keyframes().size()},
+            {"landmarks", map.points().size()},
+            {"lines", map.lines().size()},
+            {"parts", std::move(parts)}};
+  });
+  return json;
+}
+
+Json places_json(const std::vector<PlaceEvent>& events) {
+  Json list = Json::array();
+  for (const PlaceEvent& e : events) {
+    Json json = {{"what", to_string(e.kind)},
+                 {"frame", e.frame_index},
+                 {"known_frame", e.known_index},
+                 {"inliers", e.inliers}};
+    if (e.kind == PlaceEvent::Kind::kLoop) {
+      json["correction_m"] = e.translation;
+      json["correction_deg"] = e.rotation * 180.0 / std::numbers::pi;
+    }
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
+// "2 loops closed, 1 part joined, found again 3 times"; empty where no place was recognised.
+std::string places_text(const std::vector<PlaceEvent>& events) {
+  const auto count = [&](PlaceEvent::Kind kind) {
+    return std::count_if(events.begin(), events.end(), [&](const PlaceEvent& e) { return e.kind == kind; });
+  };
+  std::vector<std::string> words;
+  if (const auto n = count(PlaceEvent::Kind::kLoop)) words.push_back(fmt::format("loops closed: {}", n));
+  if (const auto n = count(PlaceEvent::Kind::kMerge)) words.push_back(fmt::format("parts joined: {}", n));
+  if (const auto n = count(PlaceEvent::Kind::kRelocalized)) {
+    words.push_back(fmt::format("known places found while lost: {}", n));
+  }
+  return words.empty() ? "" : fmt::format("{}\n", fmt::join(words, ", "));
+}
+
 double frames_per_second(const SequenceRun& run) {
   return run.seconds > 0.0 ? static_cast<double>(run.frames.size()) / run.seconds : 0.0;
 }
 
 }  // namespace
 
-Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& map,
-                 const InstanceSchedule& instances, const Evaluation* evaluation) {
+Json run_summary(const SequenceRun& run, const RunSetting& setting, const Pipeline& pipeline,
+                 const Evaluation* evaluation) {
+  const InstanceSchedule& instances = pipeline.instances();
   Config config = setting.config;
   return {{"version", kVersion},
           {"sequence", setting.sequence},
@@ -150,10 +199,8 @@ Json run_summary(const SequenceRun& run, const RunSetting& setting, const Map& m
             {"initializing", run.count(TrackingState::kInitializing)},
             {"skipped", skips_json(run)},
             {"unpaired_color", setting.unpaired_color}}},
-          {"map",
-           {{"keyframes", map.keyframes().size()},
-            {"landmarks", map.points().size()},
-            {"lines", map.lines().size()}}},
+          {"map", map_json(setting, pipeline)},
+          {"places", places_json(pipeline.mapping().events())},
           {"instances", instances_json(run, setting, instances)},
           {"evaluation", evaluation ? evaluation_json(*evaluation) : Json(nullptr)},
           {"seconds", run.seconds},
@@ -194,17 +241,25 @@ std::vector<std::string> skip_lines(const SequenceRun& run) {
   return lines;
 }
 
-std::string run_text(const SequenceRun& run, const Map& map, const DynamicSpans& dynamic) {
-  std::string text =
-      fmt::format("{} frames: {} tracked, {} lost, {} skipped; {} keyframes, {} points, {} lines\n",
-                  run.frames.size() + run.skipped.size(), run.count(TrackingState::kTracking),
-                  run.count(TrackingState::kLost), run.skipped.size(), map.keyframes().size(),
-                  map.points().size(), map.lines().size());
+std::string run_text(const SequenceRun& run, const Pipeline& pipeline) {
+  std::string text;
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
+    text = fmt::format("{} frames: {} tracked, {} lost, {} skipped; {} keyframes, {} points, {} lines\n",
+                       run.frames.size() + run.skipped.size(), run.count(TrackingState::kTracking),
+                       run.count(TrackingState::kLost), run.skipped.size(), map.keyframes().size(),
+                       map.points().size(), map.lines().size());
+  });
+  text += places_text(pipeline.mapping().events());
+  const std::vector<TrajectoryPart> parts = pipeline.trajectory_parts();
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    text += fmt::format("  {} frames are in part {} of the map, which was not joined to the rest\n",
+                        parts[i].poses.size(), parts[i].part.value);
+  }
   if (const std::size_t waiting = run.count(TrackingState::kInitializing)) {
     text += fmt::format("  {} frames before a map could be started\n", waiting);
   }
   for (const std::string& line : skip_lines(run)) text += fmt::format("  {}\n", line);
-  if (const SeenIds seen = seen_ids(run, dynamic); !seen.all.empty()) {
+  if (const SeenIds seen = seen_ids(run, pipeline.instances().dynamic()); !seen.all.empty()) {
     text += fmt::format("{} instances seen, {} of them moving\n", seen.all.size(), seen.moving.size());
   }
   text += fmt::format("{:.1f} s, {:.1f} frames/s, peak memory {} MiB\n", run.seconds, frames_per_second(run),

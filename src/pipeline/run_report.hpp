@@ -17,18 +17,19 @@ struct RunSetting {
   Camera camera;
   Config config;
   std::size_t unpaired_color = 0;  ///< colour images that were left out for want of a depth image
+  std::string loaded_map = {};     ///< the file the run went on with; empty = none
+  bool localize_only = false;
 };
 
 /// The content of summary.json (docs/formats.md).
 [[nodiscard]] nlohmann::ordered_json run_summary(const SequenceRun& run, const RunSetting& setting,
-                                                 const Map& map, const InstanceSchedule& instances,
-                                                 const Evaluation* evaluation);
+                                                 const Pipeline& pipeline, const Evaluation* evaluation);
 /// The content of timings.csv: one line per processed frame, times in milliseconds.
 [[nodiscard]] std::string timings_csv(const SequenceRun& run);
 /// "2 x missing color image, e.g. room/rgb/3.png: no such file": a line per reason; empty if none was
 /// skipped.
 [[nodiscard]] std::vector<std::string> skip_lines(const SequenceRun& run);
 /// The same summary in a few lines for the terminal.
-[[nodiscard]] std::string run_text(const SequenceRun& run, const Map& map, const DynamicSpans& dynamic);
+[[nodiscard]] std::string run_text(const SequenceRun& run, const Pipeline& pipeline);
 
 }  // namespace ipl_slam

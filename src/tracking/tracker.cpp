@@ -47,6 +47,7 @@ std::optional<SE3> Tracker::first_pose(const Frame& frame, std::shared_ptr<const
                                        std::span<const std::uint8_t> witness) {
   if (!map || lost()) return std::nullopt;
   adopt(std::move(map));
+  if (!last_is_here_) return std::nullopt;
   const FeatureWeights all;
   View view{frame, {}, {}, all, {}};
   for (const std::uint8_t w : witness) view.removed.push_back(w ? 0 : 1);
@@ -67,11 +68,15 @@ TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<
   adopt(std::move(map));
 
   const View view{*frame, grey, depth, weights, removed_points(weights, frame->features.size())};
-  Placement placement = place_by_prediction(view);
-  if (support(placement) < options_.confident_inliers && last_.frame) {
-    // Of a lost camera, too: no keyframe is nearer to where it was.
-    keep_better(placement, place_from(view, *last_.frame, last_.T_cw));
+  Placement placement;
+  if (last_is_here_) {
+    placement = place_by_prediction(view);
+    if (support(placement) < options_.confident_inliers) {
+      // Of a lost camera, too: no keyframe is nearer to where it was.
+      keep_better(placement, place_from(view, *last_.frame, last_.T_cw));
+    }
   }
+  if (!believed(placement) && map_->found) keep_better(placement, place_at(view, *map_->found));
   if (!believed(placement)) keep_better(placement, relocalize(view));
   return conclude(std::move(frame), placement, std::move(weights));
 }
@@ -79,13 +84,20 @@ TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<
 // Takes over a new local map: the last pose and velocity follow the correction of the reference keyframe.
 void Tracker::adopt(std::shared_ptr<const LocalMap> map) {
   if (map == map_) return;
+  const bool corrected = map_ && map->corrections != map_->corrections;
+  const bool same_part = map_ && map->part == map_->part;
   map_ = std::move(map);
   points_seen_.start(map_->points);
   lines_seen_.start(map_->lines);
-  if (const LocalKeyframe* reference = map_->find_keyframe(last_.reference)) {
-    last_.T_cw = last_.T_c_reference * reference->T_cw;
-    motion_.rebase(last_.T_cw);
+  const LocalKeyframe* reference = map_->find_keyframe(last_.reference);
+  if (reference) {
+    const SE3 T_cw = last_.T_c_reference * reference->T_cw;
+    if (corrected) T_ow_ = T_ow_ * last_.T_cw.inverse() * T_cw;
+    last_.T_cw = T_cw;
+    motion_.rebase(T_cw);
   }
+  // Where the part is another one or was corrected, nothing but the reference keyframe tells where it lies now.
+  last_is_here_ = reference != nullptr || (last_is_here_ && same_part && !corrected);
 }
 
 // Windows widen until enough of the last frame's points agree on a motion.
@@ -121,12 +133,10 @@ Tracker::Placement Tracker::place_by_lines(const View& view, const SE3& T_cw) co
   return place_in_local_map(view, start, options_.local_radius);
 }
 
-// Without a prediction: from what an earlier frame shows, wherever in the image it is now.
-Tracker::Placement Tracker::place_from(const View& view, const Frame& earlier, const SE3& T_earlier_w) const {
-  const std::optional<SE3> T_cw = relocalizer_.find_pose(view.frame, earlier, T_earlier_w, view.removed);
-  if (!T_cw) return {};
-  // The pose rests on the measured depth of few points: the first look around each landmark is a wide one.
-  Placement placement{.T_cw = *T_cw};
+// From a pose that is rough, resting on the measured depth of few points: the first look around each landmark is
+// a wide one.
+Tracker::Placement Tracker::place_at(const View& view, const SE3& T_cw) const {
+  Placement placement{.T_cw = T_cw};
   for (const double radius : {options_.prediction_radius, options_.local_radius}) {
     placement.points.assign(view.frame.features.size(), -1);
     placement = place_in_local_map(view, placement, radius);
@@ -134,10 +144,18 @@ Tracker::Placement Tracker::place_from(const View& view, const Frame& earlier, c
   return placement;
 }
 
+// Without a prediction: from what an earlier frame shows, wherever in the image it is now.
+Tracker::Placement Tracker::place_from(const View& view, const Frame& earlier, const SE3& T_earlier_w) const {
+  const std::optional<SE3> T_cw = relocalizer_.find_pose(view.frame, earlier, T_earlier_w, view.removed);
+  return T_cw ? place_at(view, *T_cw) : Placement{};
+}
+
 // Compares the frame with keyframes, the nearest first. While the camera stays lost every frame goes on where
 // the one before gave up, so that in time all of the local map is tried.
 Tracker::Placement Tracker::relocalize(const View& view) const {
-  const Eigen::Vector3d position = last_.T_cw.inverse().translation();
+  const LocalKeyframe& centre = *map_->find_keyframe(map_->centre);
+  const Eigen::Vector3d position =
+      last_is_here_ ? last_.T_cw.inverse().translation() : centre.T_cw.inverse().translation();
   std::vector<std::pair<double, const LocalKeyframe*>> order;
   for (const LocalKeyframe& keyframe : map_->keyframes) {
     order.emplace_back((keyframe.T_cw.inverse().translation() - position).norm(), &keyframe);
@@ -326,6 +344,7 @@ TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placeme
   result.weights = std::move(weights);
   result.inliers = placement.inliers;
   if (!believed(placement)) {
+    if (!lost()) lost_since_ = frame->timestamp;
     ++frames_lost_;
     motion_.stop();
     result.state = TrackingState::kLost;
@@ -336,7 +355,9 @@ TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placeme
     result.frame = std::move(frame);
     return result;
   }
+  if (!last_is_here_) motion_.stop();
   frames_lost_ = 0;
+  last_is_here_ = true;
   count_sightings(placement);
   motion_.update(frame->timestamp, placement.T_cw);
   const LocalKeyframe& reference = most_shared_keyframe(placement);
@@ -377,10 +398,13 @@ const LocalKeyframe& Tracker::most_shared_keyframe(const Placement& placement) c
   return *best;
 }
 
-bool Tracker::can_start_map(const Frame& frame, const LineFeatures* lines) const {
-  auto support =
-      static_cast<double>(std::count_if(frame.features.keypoints.begin(), frame.features.keypoints.end(),
-                                        [](const Keypoint& k) { return k.depth > 0.0F; }));
+bool Tracker::can_start_map(const Frame& frame, const LineFeatures* lines,
+                            const FeatureWeights& weights) const {
+  double support = 0.0;
+  const std::vector<Keypoint>& keypoints = frame.features.keypoints;
+  for (std::size_t k = 0; k < keypoints.size(); ++k) {
+    if (keypoints[k].depth > 0.0F && weights.point(k) > 0.0) support += 1.0;
+  }
   if (lines) {
     support += options_.line_support *
                static_cast<double>(std::count_if(lines->segments.begin(), lines->segments.end(),
@@ -389,15 +413,20 @@ bool Tracker::can_start_map(const Frame& frame, const LineFeatures* lines) const
   return support >= options_.min_initial_depths;
 }
 
+bool Tracker::given_up(double timestamp) const {
+  return lost() && options_.new_part_after > 0.0 && timestamp - lost_since_ >= options_.new_part_after;
+}
+
 void Tracker::start(const TrackedFrame& first) {
   last_ = first;
+  last_is_here_ = false;  // not in the local map there is, but in the next one
   frames_lost_ = 0;
   motion_.stop();
   motion_.update(first.frame->timestamp, first.T_cw);
 }
 
 std::optional<SE3> Tracker::expected_pose(double timestamp) const {
-  if (!map_ || lost()) return std::nullopt;
+  if (!map_ || lost() || !last_is_here_) return std::nullopt;
   return motion_.predict(timestamp).inverse();
 }
 

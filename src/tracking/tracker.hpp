@@ -34,6 +34,7 @@ struct TrackerOptions {
   double max_deviation = 0.05;
   double max_dynamic_share = 0.2;
   int relocalization_keyframes = 8;
+  double new_part_after = 2.0;
   MatchOptions last_frame_match;
   MatchOptions local_map_match;
   LineTrackerOptions lines;
@@ -73,7 +74,9 @@ struct TrackerOptions {
              {0.0, 1.0, "share", "of a line that may lie in dynamic regions; a line with more is not used"});
     v.number("relocalization_keyframes", relocalization_keyframes,
              {1, 1000, "count",
-              "keyframes a frame that lost its place is compared with; the next frame tries others"});
+              "keyframes a frame that lost its place is compared with;
+    v.number("new_part_after", new_part_after,
+             {0.0, 3600.0, "s", "a camera lost for this long starts a new part of the map; 0 = never"}); the next frame tries others"});
     v.section("last_frame_match", last_frame_match, "descriptor match with a point of the last frame");
     v.section("local_map_match", local_map_match, "descriptor match with a landmark of the local map");
     v.section("lines", lines, "lines of the local map in ordinary frames");
@@ -104,15 +107,21 @@ class Tracker {
                                    const cv::Mat& grey = {}, const cv::Mat& depth = {},
                                    FeatureWeights weights = {});
 
-  /// Whether a frame has enough keypoints and lines with depth to start a map. `lines` may be null.
-  [[nodiscard]] bool can_start_map(const Frame& frame, const LineFeatures* lines = nullptr) const;
-  /// The map was started with this frame at the origin.
+  /// Whether the camera has been lost for so long that a new part of the map should be started.
+  [[nodiscard]] bool given_up(double timestamp) const;
+  /// Whether a frame has enough keypoints that count and lines with depth to start a map. `lines` may be null.
+  [[nodiscard]] bool can_start_map(const Frame& frame, const LineFeatures* lines = nullptr,
+                                   const FeatureWeights& weights = {}) const;
+  /// The map, or a part of it, was started with this frame at the origin.
   void start(const TrackedFrame& first);
   /// The frame tracked last went into the map under this id: from now on its pose is the keyframe's.
   void became_keyframe(KeyframeId id);
   /// Where the camera is expected to be at a time after the last tracked frame (T_wc); nothing without a map
   /// or while it is lost.
   [[nodiscard]] std::optional<SE3> expected_pose(double timestamp) const;
+  /// From the world of the map to a frame of reference that corrections of the whole map do not move: in it the
+  /// camera's path has no jumps.
+  [[nodiscard]] const SE3& T_ow() const { return T_ow_; }
   /// Hands over what was counted since the last call.
   [[nodiscard]] std::vector<Sighting<PointId>> take_sightings() { return points_seen_.take(); }
   [[nodiscard]] std::vector<Sighting<LineId>> take_line_sightings() { return lines_seen_.take(); }
@@ -142,6 +151,7 @@ class Tracker {
   [[nodiscard]] Placement place_by_prediction(const View& view) const;
   [[nodiscard]] Placement match_last_frame(const View& view, const SE3& T_cw, double radius) const;
   [[nodiscard]] Placement place_by_lines(const View& view, const SE3& T_cw) const;
+  [[nodiscard]] Placement place_at(const View& view, const SE3& T_cw) const;
   [[nodiscard]] Placement place_from(const View& view, const Frame& earlier, const SE3& T_earlier_w) const;
   [[nodiscard]] Placement relocalize(const View& view) const;
   void keep_better(Placement& best, Placement other) const;
@@ -171,7 +181,10 @@ class Tracker {
 
   std::shared_ptr<const LocalMap> map_;
   TrackedFrame last_;            // the last frame that was tracked
+  bool last_is_here_ = false;    // whether its pose is one in the world of map_
   std::size_t frames_lost_ = 0;  // in a row, up to now
+  double lost_since_ = 0.0;      // timestamp of the first of these
+  SE3 T_ow_;
   SightingCounter<PointId> points_seen_;
   SightingCounter<LineId> lines_seen_;
 };

@@ -1,4 +1,4 @@
-#include "pipeline/mapping_schedule.hpp"
+#include "pipeline/realtime_mapping.hpp"
 
 #include <chrono>
 #include <thread>
@@ -18,9 +18,9 @@ using testing::small_camera;
 using testing::small_room;
 
 MapKeeper keeper() {
-  const MappingOptions options;
-  return {Map(test::kTestPyramid),
-          {small_camera(), test::kTestPyramid, DepthNoiseOptions{}, options},
+  return {small_camera(), Config{}};
+}
+ options},
           options.local_map};
 }
 

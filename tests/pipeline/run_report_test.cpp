@@ -45,12 +45,7 @@ struct TenFrames {
     result = run_sequence(source, pipeline);
   }
   [[nodiscard]] nlohmann::ordered_json summary() const {
-    nlohmann::ordered_json json;
-    const RunSetting setting{"room", "default", small_camera(), {}, 3};
-    pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
-      json = run_summary(result, setting, map, pipeline.instances(), nullptr);
-    });
-    return json;
+    return run_summary(result, {"room", "default", small_camera(), {}, 3}, pipeline, nullptr);
   }
 };
 
@@ -114,8 +109,8 @@ TEST(TimingsCsv, HasALinePerProcessedFrameWithAsManyFieldsAsItsHeader) {
 
 TEST(RunText, NamesWhatWasSkippedWithAnExample) {
   const TenFrames run;
+  const std::string text = run_text(run.result, run.pipeline);
   run.pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
-    const std::string text = run_text(run.result, map, {});
     EXPECT_THAT(text, HasSubstr("10 frames: 8 tracked, 0 lost, 2 skipped"));
     EXPECT_THAT(text, HasSubstr(fmt::format("{} points, {} lines", map.points().size(), map.lines().size())));
     EXPECT_THAT(text, HasSubstr("2 x truncated color image, e.g. rgb/x.png: too short"));
