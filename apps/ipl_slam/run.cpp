@@ -173,8 +173,9 @@ void run(const RunOptions& options) {
   const Camera camera = options.sequence.load_camera();
   auto dataset =
       std::make_unique<TumDataset>(options.sequence.folder, camera, options.sequence.dataset_options());
-  const RunSetting setting{options.sequence.folder.string(), options.sequence.preset, camera, config,
-                           dataset->unpaired_color(), options.load_map.string(), options.localize_only};
+  const RunSetting setting{
+      options.sequence.folder.string(), options.sequence.preset, camera, config, dataset->unpaired_color(),
+      options.load_map.string(),        options.localize_only};
   if (setting.unpaired_color > 0 && says_remarks()) {
     fmt::print("{} color images have no depth image within {} s and are left out\n", setting.unpaired_color,
                options.sequence.dataset.max_difference);
@@ -185,7 +186,9 @@ void run(const RunOptions& options) {
   const std::unique_ptr<RgbdSource> source = open_source(std::move(dataset), config, options.realtime);
   std::optional<Map> loaded;
   if (!options.load_map.empty()) loaded = load_fitting_map(options.load_map, camera, config);
-  Pipeline pipeline(camera, config, std::move(loaded), options.localize_only);  // before the output folder: it may find that there is no such model
+  Pipeline pipeline(
+      camera, config, std::move(loaded),
+      options.localize_only);  // before the output folder: it may find that there is no such model
   const OutputFolder output(options.output);
   std::optional<FrameFolder> overlays;
   if (options.save_overlays) overlays.emplace(output / "overlays");
@@ -224,11 +227,12 @@ void add_run_verb(CLI::App& app) {
                    "Write the map to this file at the end, to go on with it or to export it (`ipl_slam map`)")
       ->type_name("FILE")
       ->check(not_empty());
-  auto* load = verb->add_option("--load-map", options->load_map,
-                                "Go on with a map saved before: the trajectory is in its world, from the first "
-                                "place of it that is recognised on")
-                   ->type_name("FILE")
-                   ->check(not_empty());
+  auto* load =
+      verb->add_option("--load-map", options->load_map,
+                       "Go on with a map saved before: the trajectory is in its world, from the first "
+                       "place of it that is recognised on")
+          ->type_name("FILE")
+          ->check(not_empty());
   verb->add_flag("--localize-only", options->localize_only,
                  "With --load-map: leave the map as it is, only find the camera in it")
       ->needs(load);

@@ -27,10 +27,6 @@ std::vector<Descriptor> static_descriptors(const PlaceView& view) {
   return descriptors;
 }
 
-PlaceView view_of(const Keyframe& keyframe) {
-  return {*keyframe.frame, keyframe.point_trust, keyframe.line_features.get(), keyframe.line_trust};
-}
-
 // Length of the camera's way from one keyframe to another of the same part, by the keyframes between them.
 double path_length(const Map& map, KeyframeId from, KeyframeId to) {
   if (to < from) std::swap(from, to);
@@ -63,8 +59,8 @@ void LoopCloser::note(const Map& map, KeyframeId id) {
   known_.insert(id);
 }
 
-// Keyframes that share enough landmarks with it, and the neighbours of these: where they are relative to it is
-// known already.
+// Keyframes that share enough landmarks with it, and the neighbours of these: where they are relative to it
+// is known already.
 std::set<KeyframeId> LoopCloser::connected(const Map& map, KeyframeId id) const {
   std::set<KeyframeId> connected{id};
   for (const Covisible& first : map.covisible(id)) {
@@ -114,9 +110,9 @@ std::vector<PlaceMatch> LoopCloser::matches(const Map& map, const PlaceView& vie
 // the two it is. Another part of the map may well show the same place, without it being known as the same.
 std::optional<PlaceMatch> LoopCloser::unrivalled(const Map& map, std::vector<PlaceMatch> found) const {
   if (found.empty()) return std::nullopt;
-  const auto best = std::max_element(found.begin(), found.end(), [](const PlaceMatch& a, const PlaceMatch& b) {
-    return a.inliers < b.inliers;
-  });
+  const auto best =
+      std::max_element(found.begin(), found.end(),
+                       [](const PlaceMatch& a, const PlaceMatch& b) { return a.inliers < b.inliers; });
   for (const PlaceMatch& other : found) {
     if (map.keyframes()[other.keyframe].part != map.keyframes()[best->keyframe].part) continue;
     const auto [distance, angle] = pose_gap(other.T_cw, best->T_cw);
@@ -144,7 +140,8 @@ bool LoopCloser::confirmed(const Map& map, KeyframeId id, const PlaceMatch& matc
     if (asked == options_.witnesses || confirming == options_.confirmations) break;
     ++asked;
     const SE3 T_cw = map.keyframes()[neighbour.keyframe].T_cw * T_wc * match.T_cw;
-    if (verifier_.confirms(map, view_of(map.keyframes()[neighbour.keyframe]), T_cw, match.keyframe)) ++confirming;
+    if (verifier_.confirms(map, view_of(map.keyframes()[neighbour.keyframe]), T_cw, match.keyframe))
+      ++confirming;
   }
   return confirming >= options_.confirmations;
 }

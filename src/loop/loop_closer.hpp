@@ -29,18 +29,22 @@ struct LoopOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.flag("enabled", enabled,
-           "recognise known places: close loops, find the camera again anywhere in the map, join parts of it");
-    v.number("min_shared", min_shared,
-             {1, 1000, "count",
-              "keyframes that share this many landmarks, and the neighbours of these, know each other's place"});
+    v.flag(
+        "enabled", enabled,
+        "recognise known places: close loops, find the camera again anywhere in the map, join parts of it");
+    v.number(
+        "min_shared", min_shared,
+        {1, 1000, "count",
+         "keyframes that share this many landmarks, and the neighbours of these, know each other's place"});
     v.number("confirmations", confirmations,
              {0, 10, "count",
               "further keyframes that must see the recognised place where the hypothesis puts them"});
-    v.number("witnesses", witnesses, {0, 50, "count", "neighbours of the keyframe that are asked to confirm"});
-    v.number("drift", drift,
-             {0.0, 1.0, "ratio",
-              "error the way between two visits may have gathered, per length: a loop that says more is none"});
+    v.number("witnesses", witnesses,
+             {0, 50, "count", "neighbours of the keyframe that are asked to confirm"});
+    v.number(
+        "drift", drift,
+        {0.0, 1.0, "ratio",
+         "error the way between two visits may have gathered, per length: a loop that says more is none"});
     v.number("drift_margin", drift_margin, {0.0, 10.0, "m", "and beyond that"});
     v.number("drift_angle", drift_angle, {0.0, 90.0, "deg/m", "the same of the direction"});
     v.number("drift_angle_margin", drift_angle_margin, {0.0, 180.0, "deg", "and beyond that"});
@@ -56,9 +60,10 @@ struct LoopOptions {
   }
 };
 
-/// Knows the places of a map: recognises them when a keyframe comes back to one (paper, figure 2). A look-alike must not pass: beside the
-/// verification of the view itself a place is believed when neighbouring keyframes confirm it, no other place
-/// explains the view nearly as well, and the way between the two visits can have gathered the error.
+/// Knows the places of a map: recognises them when a keyframe comes back to one (paper, figure 2). A
+/// look-alike must not pass: beside the verification of the view itself a place is believed when neighbouring
+/// keyframes confirm it, no other place explains the view nearly as well, and the way between the two visits
+/// can have gathered the error.
 class LoopCloser {
  public:
   LoopCloser(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,

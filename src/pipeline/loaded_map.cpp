@@ -19,17 +19,17 @@ bool same(const Camera& a, const Camera& b) {
 Map load_fitting_map(const std::filesystem::path& file, const Camera& camera, const Config& config) {
   SavedMap saved = load_map(file);
   if (!same(saved.camera, camera)) {
-    throw UserError(fmt::format(
-        "'{}' was made with another camera ({}x{}, fx {:g}, fy {:g}) than this one ({}x{}, fx {:g}, fy {:g}): "
-        "give its camera with --camera",
-        file.string(), saved.camera.width, saved.camera.height, saved.camera.fx, saved.camera.fy, camera.width,
-        camera.height, camera.fx, camera.fy));
+    throw UserError(
+        fmt::format("'{}' was made with another camera ({}x{}, fx {:g}, fy {:g}) than this one ({}x{}, fx "
+                    "{:g}, fy {:g}): "
+                    "give its camera with --camera",
+                    file.string(), saved.camera.width, saved.camera.height, saved.camera.fx, saved.camera.fy,
+                    camera.width, camera.height, camera.fx, camera.fy));
   }
   const ScalePyramid& pyramid = saved.map.pyramid();
   if (pyramid.levels() != config.orb.levels || pyramid.factor() != config.orb.scale_factor) {
-    throw UserError(
-        fmt::format("'{}' was made with orb.levels={} and orb.scale_factor={:g}: set them alike", file.string(),
-                    pyramid.levels(), pyramid.factor()));
+    throw UserError(fmt::format("'{}' was made with orb.levels={} and orb.scale_factor={:g}: set them alike",
+                                file.string(), pyramid.levels(), pyramid.factor()));
   }
   return std::move(saved.map);
 }

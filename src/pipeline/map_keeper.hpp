@@ -9,6 +9,7 @@
 
 #include "loop/global_bundle.hpp"
 #include "loop/loop_closer.hpp"
+#include "loop/loop_correction.hpp"
 #include "map/local_map.hpp"
 #include "mapping/local_mapper.hpp"
 #include "pipeline/config.hpp"
@@ -79,7 +80,7 @@ class MapKeeper {
   std::vector<PlaceEvent> events_;
   int corrections_ = 0;
   int corrections_at_bundle_ = 0;  // when the last global bundle adjustment was begun
-  PartId unsettled_;  // the part whose loop was closed since; invalid = none
+  PartId unsettled_;               // the part whose loop was closed since; invalid = none
 };
 
 }  // namespace ipl_slam

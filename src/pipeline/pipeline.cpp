@@ -122,7 +122,8 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
 
   const cv::Mat line_image = first_lines_ ? grey : cv::Mat();
   TrackedFrame tracked = tracker_.track(frame, map, line_image, image.depth, std::move(weights));
-  if (tracked.state == TrackingState::kLost) tracked = recover(std::move(tracked), map, line_image, image.depth);
+  if (tracked.state == TrackingState::kLost)
+    tracked = recover(std::move(tracked), map, line_image, image.depth);
   result.times.tracking = stopwatch.restart();
 
   if (!map || (tracker_.given_up(image.timestamp) && !localize_only_)) {
@@ -233,8 +234,9 @@ std::vector<TrajectoryPart> Pipeline::keyframe_parts() const {
     });
   });
   std::vector<TrajectoryPart> parts = lists.sorted();
-  std::stable_partition(parts.begin(), parts.end(), [main = trajectory_parts().front().part](
-                                                        const TrajectoryPart& p) { return p.part == main; });
+  std::stable_partition(
+      parts.begin(), parts.end(),
+      [main = trajectory_parts().front().part](const TrajectoryPart& p) { return p.part == main; });
   return parts;
 }
 

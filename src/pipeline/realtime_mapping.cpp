@@ -97,7 +97,7 @@ class RealtimeMapping final : public MappingSchedule {
     return keeper_.events();
   }
 
-  void read(const std::function<void(const MapKeeper&, const std::vector<MappingRecord>&)>& fn) const override {
+  void read(const std::function<void(const Map&, const std::vector<MappingRecord>&)>& fn) const override {
     std::lock_guard lock(map_mutex_);
     fn(keeper_, records_);
   }

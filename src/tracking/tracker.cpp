@@ -85,7 +85,8 @@ void Tracker::adopt(std::shared_ptr<const LocalMap> map) {
     last_.T_cw = T_cw;
     motion_.rebase(T_cw);
   }
-  // Where the part is another one or was corrected, nothing but the reference keyframe tells where it lies now.
+  // Where the part is another one or was corrected, nothing but the reference keyframe tells where it lies
+  // now.
   last_is_here_ = reference != nullptr || (last_is_here_ && same_part && !corrected);
 }
 
@@ -122,8 +123,8 @@ Tracker::Placement Tracker::place_by_lines(const View& view, const SE3& T_cw) co
   return place_in_local_map(view, start, options_.local_radius);
 }
 
-// From a pose that is rough, resting on the measured depth of few points: the first look around each landmark is
-// a wide one.
+// From a pose that is rough, resting on the measured depth of few points: the first look around each landmark
+// is a wide one.
 Tracker::Placement Tracker::place_at(const View& view, const SE3& T_cw) const {
   Placement placement{.T_cw = T_cw};
   for (const double radius : {options_.prediction_radius, options_.local_radius}) {

@@ -74,9 +74,10 @@ struct TrackerOptions {
              {0.0, 1.0, "share", "of a line that may lie in dynamic regions; a line with more is not used"});
     v.number("relocalization_keyframes", relocalization_keyframes,
              {1, 1000, "count",
-              "keyframes a frame that lost its place is compared with;
+              "keyframes of the local map a frame that lost its place is compared with; the next frame goes "
+              "on with the others"});
     v.number("new_part_after", new_part_after,
-             {0.0, 3600.0, "s", "a camera lost for this long starts a new part of the map; 0 = never"}); the next frame tries others"});
+             {0.0, 3600.0, "s", "a camera lost for this long starts a new part of the map; 0 = never"});
     v.section("last_frame_match", last_frame_match, "descriptor match with a point of the last frame");
     v.section("local_map_match", local_map_match, "descriptor match with a landmark of the local map");
     v.section("lines", lines, "lines of the local map in ordinary frames");
@@ -85,8 +86,8 @@ struct TrackerOptions {
   }
 };
 
-/// Finds the camera's pose in each frame: predict, match the last frame's points, then the local map's points
-/// and lines, optimise.
+/// Finds the camera's pose in each frame: predict, match the last frame's points, then the local map's
+/// points and lines, optimise.
 class Tracker {
  public:
   /// Every random choice depends on `seed` as well.
@@ -98,29 +99,30 @@ class Tracker {
   /// agree.
   [[nodiscard]] std::optional<SE3> first_pose(const Frame& frame, std::shared_ptr<const LocalMap> map,
                                               std::span<const std::uint8_t> witness);
-  /// Places a frame in `map`, null as long as there is none. `grey` is its image, CV_8UC1; empty = lines are
-  /// not looked for. `depth` is its depth image, CV_16UC1, raw units; empty = lines have no measured depth.
-  /// `weights` says how much each feature counts; those of weight 0 and those in dynamic regions are not
-  /// used. Without a map the state is kInitializing with an identity pose; the frame can start the map when
-  /// can_start_map says so.
+  /// Places a frame in `map`, null as long as there is none. `grey` is its image, CV_8UC1; empty = lines
+  /// are not looked for. `depth` is its depth image, CV_16UC1, raw units; empty = lines have no measured
+  /// depth. `weights` says how much each feature counts; those of weight 0 and those in dynamic regions are
+  /// not used. Without a map the state is kInitializing with an identity pose; the frame can start the map
+  /// when can_start_map says so.
   [[nodiscard]] TrackedFrame track(std::shared_ptr<const Frame> frame, std::shared_ptr<const LocalMap> map,
                                    const cv::Mat& grey = {}, const cv::Mat& depth = {},
                                    FeatureWeights weights = {});
 
   /// Whether the camera has been lost for so long that a new part of the map should be started.
   [[nodiscard]] bool given_up(double timestamp) const;
-  /// Whether a frame has enough keypoints that count and lines with depth to start a map. `lines` may be null.
+  /// Whether a frame has enough keypoints that count and lines with depth to start a map. `lines` may be
+  /// null.
   [[nodiscard]] bool can_start_map(const Frame& frame, const LineFeatures* lines = nullptr,
                                    const FeatureWeights& weights = {}) const;
   /// The map, or a part of it, was started with this frame at the origin.
   void start(const TrackedFrame& first);
   /// The frame tracked last went into the map under this id: from now on its pose is the keyframe's.
   void became_keyframe(KeyframeId id);
-  /// Where the camera is expected to be at a time after the last tracked frame (T_wc); nothing without a map
-  /// or while it is lost.
+  /// Where the camera is expected to be at a time after the last tracked frame (T_wc); nothing without a
+  /// map or while it is lost.
   [[nodiscard]] std::optional<SE3> expected_pose(double timestamp) const;
-  /// From the world of the map to a frame of reference that corrections of the whole map do not move: in it the
-  /// camera's path has no jumps.
+  /// From the world of the map to a frame of reference that corrections of the whole map do not move: in it
+  /// the camera's path has no jumps.
   [[nodiscard]] const SE3& T_ow() const { return T_ow_; }
   /// Hands over what was counted since the last call.
   [[nodiscard]] std::vector<Sighting<PointId>> take_sightings() { return points_seen_.take(); }

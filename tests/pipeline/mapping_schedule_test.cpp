@@ -1,11 +1,10 @@
-#include "pipeline/realtime_mapping.hpp"
-
 #include <chrono>
 #include <thread>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include "pipeline/realtime_mapping.hpp"
 #include "support/map_checks.hpp"
 #include "support/rendered_sequence.hpp"
 #include "support/synthetic_world.hpp"
@@ -20,8 +19,10 @@ using testing::small_room;
 MapKeeper keeper() {
   return {small_camera(), Config{}};
 }
- options},
-          options.local_map};
+options
+}
+, options.local_map
+};
 }
 
 KeyframeLines keyframe_lines() {
