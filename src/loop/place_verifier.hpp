@@ -29,7 +29,7 @@ struct PlaceVerifierOptions {
   double max_deviation = 0.05;
   int min_confirming_inliers = 25;
   MatchOptions match{.ratio = 0.9};
-  GuidedSearchOptions search;
+  GuidedSearchOptions search = {};
 
   template <class Visitor>
   void visit(Visitor& v) {
