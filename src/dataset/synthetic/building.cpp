@@ -276,10 +276,10 @@ class BuildingBuilder {
 
   // A table with two chairs on a rug, wherever there is room.
   void furnish_middle(const Vector2d& centre) {
-    constexpr int kTries = 40;
-    const Vector2d half(0.75, 1.15);
+    constexpr int kTries = 100;
+    const Vector2d half(0.75, 1.05);
     for (int i = 0; i < kTries; ++i) {
-      const Vector2d at = centre + Vector2d(random_.uniform(-2.0, 2.0), random_.uniform(-1.6, 1.6));
+      const Vector2d at = centre + Vector2d(random_.uniform(-2.5, 2.5), random_.uniform(-2.0, 2.0));
       if (!plan_.take({at - half, at + half})) continue;
       const Vector3d floor(at.x(), at.y(), 0);
       builder_.structure();

@@ -21,7 +21,8 @@ constexpr double kHeight = 2.5;
 constexpr double kThickness = 0.1;
 constexpr double kDoorWidth = 0.9;
 constexpr double kDoorHeight = 2.05;
-constexpr int kPicture = 1024;  // texels in a period
+constexpr double kDoorPlace = 0.9;  // half of the wall that a door takes with its plate
+constexpr int kPicture = 1024;      // texels in a period
 constexpr double kCrossingReach = 0.85;
 
 CameraSite site() {
@@ -83,7 +84,10 @@ class DoorsBuilder {
     builder_.box({-kThickness / 2, 0, kHeight / 2}, {kThickness, length, kHeight},
                  builder_.shifted(paper_, phase, 0));
     parts_.slab(0, 0, {0.015, length, 0.1}, frame_);
-    for (int i = 0; i < periods; ++i) add_door((i - 0.5 * (periods - 1)) * kPeriod);
+    for (int i = 0; i < periods; ++i) {
+      const double along = (i - 0.5 * (periods - 1)) * kPeriod;
+      if (std::abs(along) + kDoorPlace < length / 2) add_door(along);  // not round an inner corner
+    }
   }
 
   // Boards, plants and bins, each at some place between two doors.

@@ -182,7 +182,7 @@ cv::Mat paint_wallpaper(int size, Random& random) {
   const int margin = size / 16;  // what is cut at an edge would not meet its other half
   for (int i = 0; i < 260; ++i) {
     const Point at(random.uniform_int(margin, size - margin), random.uniform_int(margin, size - margin));
-    const int side = random.uniform_int(size / 128, size / 40);
+    const int side = random.uniform_int(size / 64, size / 16);
     draw_shape(image, {at.x - side, at.y - side, 2 * side, 2 * side}, random);
   }
   return image;
