@@ -40,9 +40,9 @@ std::optional<PlaceMatch> PlaceVerifier::verify(const Map& map, const PlaceView&
   Placement placement{.T_cw = *T_cw};
   for (const double radius : {options_.wide_radius, options_.narrow_radius}) {
     placement = search_.place(map, view, group, placement.T_cw, radius);
-    if (placement.inliers < options_.min_inliers) return std::nullopt;
   }
-  if (placement.deviation > options_.max_deviation) return std::nullopt;
+  if (placement.inliers < options_.min_inliers || placement.deviation > options_.max_deviation)
+    return std::nullopt;
   const double share = found_share(map, view, group, placement);
   const int spread = cells(view, placement);
   if (share < options_.min_found_share || spread < options_.min_cells) return std::nullopt;
@@ -63,9 +63,9 @@ bool PlaceVerifier::confirms(const Map& map, const PlaceView& further, const SE3
   Placement placement{.T_cw = T_cw};
   for (const double radius : {options_.wide_radius, options_.narrow_radius}) {
     placement = search_.place(map, further, group, placement.T_cw, radius);
-    if (placement.inliers < options_.min_confirming_inliers) return false;
   }
-  return found_share(map, further, group, placement) >= options_.min_found_share;
+  return placement.inliers >= options_.min_confirming_inliers &&
+         found_share(map, further, group, placement) >= options_.min_found_share;
 }
 
 // From the descriptors of what the candidate itself sees: they are taken from nearly where the view is, if it
@@ -102,25 +102,25 @@ std::optional<SE3> PlaceVerifier::first_pose(const Map& map, const PlaceView& vi
   return optimizer_.optimize(rough->model, agreeing).T_cw;
 }
 
-// Of the points that should show, the share that was found. Expected is only what several keyframes saw, as
-// others may be mistakes, and what nothing hides.
+// Found points over those to be expected. Expected is only what several keyframes saw, as others may be
+// mistakes, and what nothing hides; and each only as often as frames found it that should have seen it.
 double PlaceVerifier::found_share(const Map& map, const PlaceView& view, const LandmarkGroup& group,
                                   const Placement& placement) const {
-  std::vector<PointId> found = placement.points;
-  std::sort(found.begin(), found.end());
-  int expected = 0, there = 0;
+  std::vector<PointId> seen = placement.points;
+  std::sort(seen.begin(), seen.end());
+  double expected = 0.0;
+  int found = 0;
   for (const PointId id : group.points) {
     const Point& point = map.points()[id];
     if (static_cast<int>(point.observations.size()) < options_.min_observations) continue;
     const auto shown = visibility_.project(placement.T_cw, point, options_.narrow_radius);
     if (!shown) continue;
-    if (std::binary_search(found.begin(), found.end(), id)) {
-      ++expected, ++there;
-    } else if (!hidden(view, *shown)) {
-      ++expected;
-    }
+    const bool there = std::binary_search(seen.begin(), seen.end(), id);
+    if (!there && hidden(view, *shown)) continue;
+    expected += static_cast<double>(point.found) / point.visible;
+    found += there ? 1 : 0;
   }
-  return expected > 0 ? static_cast<double>(there) / expected : 0.0;
+  return expected > 0.0 ? std::min(1.0, found / expected) : 0.0;
 }
 
 // Whether something stands before a point, as the keypoint nearest to it tells: it is much nearer to the

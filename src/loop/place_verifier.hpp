@@ -15,9 +15,9 @@ namespace ipl_slam {
 
 struct PlaceVerifierOptions {
   int neighbours = 10;
-  int min_matches = 12;
+  int min_matches = 8;
   double ransac_threshold = 4.0;
-  int ransac_iterations = 300;
+  int ransac_iterations = 1000;
   double wide_radius = 12.0;
   double narrow_radius = 4.0;
   int min_inliers = 40;
@@ -28,8 +28,8 @@ struct PlaceVerifierOptions {
   int min_cells = 4;
   double max_deviation = 0.05;
   int min_confirming_inliers = 25;
-  MatchOptions match;
-  GuidedSearchOptions search;
+  MatchOptions match{.ratio = 0.9};
+  GuidedSearchOptions search = {};
 
   template <class Visitor>
   void visit(Visitor& v) {
