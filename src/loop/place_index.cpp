@@ -2,18 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "common/random.hpp"
-
 namespace ipl_slam {
 namespace {
 
 constexpr std::size_t kEntriesPerBucket = 2;  // on average
+constexpr std::size_t kKeyLength = 32;        // bits, more than there can be buckets for
+
+// Keys are chosen by so many descriptors, those of the first few keyframes: four times as many choose hardly
+// better ones.
+constexpr std::size_t kLearnFrom = 4096;
 
 // Queries that walk their buckets at the same time, so that one waits for memory while others go on.
 constexpr std::size_t kGroup = 16;
@@ -35,16 +37,8 @@ struct PlaceIndex::Votes {
 };
 
 PlaceIndex::PlaceIndex(const PlaceIndexOptions& options) : options_(options) {
-  constexpr std::size_t kBits = 256, kBitsPerTable = kBits / kTables;
-  static_assert(kBitsPerTable >= std::tuple_size_v<decltype(key_bits_)::value_type>);
-  std::array<std::uint8_t, kBits> bits;
-  std::iota(bits.begin(), bits.end(), std::uint8_t{0});
-  Random(options.seed).shuffle(bits);
-  for (std::size_t table = 0; table < kTables; ++table) {
-    std::copy_n(bits.begin() + static_cast<std::ptrdiff_t>(table * kBitsPerTable), key_bits_[table].size(),
-                key_bits_[table].begin());
-    buckets_[table].assign(1, kNone);
-  }
+  key_bits_ = choose_key_bits({}, kTables, kKeyLength);
+  for (auto& table : buckets_) table.assign(1, kNone);
 }
 
 PlaceIndex::Key PlaceIndex::key(const Descriptor& descriptor, std::size_t table) const {
@@ -96,6 +90,19 @@ void PlaceIndex::grow() {
   if (buckets_[0].size() == std::size_t{2} << depth_) ++depth_;
 }
 
+// Chooses the keys by what there is, once, and files it all anew.
+void PlaceIndex::learn_keys() {
+  std::vector<Descriptor> descriptors;
+  descriptors.reserve(entries_.size());
+  for (const Entry& entry : entries_) descriptors.push_back(entry.descriptor);
+  key_bits_ = choose_key_bits(descriptors, kTables, kKeyLength);
+  learned_ = true;
+  for (auto& table : buckets_) std::fill(table.begin(), table.end(), kNone);
+  for (const Member& member : members_) {
+    for (const EntryIndex entry : member.entries) link(entry);
+  }
+}
+
 void PlaceIndex::add(KeyframeId id, std::span<const Descriptor> descriptors) {
   if (id.value >= members_.size()) members_.resize(id.value + std::size_t{1});
   Member& member = members_[id.value];
@@ -119,6 +126,7 @@ void PlaceIndex::add(KeyframeId id, std::span<const Descriptor> descriptors) {
     const std::size_t count = entries_.size() - free_entries_.size();
     if (count > buckets_[0].size() * kEntriesPerBucket) grow();
   }
+  if (!learned_ && entries_.size() >= kLearnFrom) learn_keys();
 }
 
 void PlaceIndex::remove(KeyframeId id) {

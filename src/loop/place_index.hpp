@@ -11,6 +11,7 @@
 #include "common/ids.hpp"
 #include "common/options.hpp"
 #include "features/features.hpp"
+#include "loop/key_bits.hpp"
 
 namespace ipl_slam {
 
@@ -18,7 +19,6 @@ struct PlaceIndexOptions {
   int max_candidates = 10;
   int max_distance = 50;
   int max_bucket = 64;
-  std::uint64_t seed = 1;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -29,7 +29,6 @@ struct PlaceIndexOptions {
              {1, 1000000, "count",
               "descriptors of one bucket that a query looks at, the newest: what is in larger ones is too "
               "common to say much"});
-    v.number("seed", seed, {0, 9007199254740992.0, "", "which bits make up the keys"});
   }
 };
 
@@ -90,12 +89,14 @@ class PlaceIndex {
   void link(EntryIndex entry);
   void unlink(EntryIndex entry);
   void grow();
+  void learn_keys();
   void vote(std::span<const Descriptor> group, Votes& votes) const;
 
   PlaceIndexOptions options_;
-  std::array<std::array<std::uint8_t, 32>, kTables> key_bits_;  // per table: the descriptor's bits, in order
-  std::array<std::vector<EntryIndex>, kTables> buckets_;        // per table and bucket: its first entry
-  int depth_ = 0;  // bits of the key of the buckets not yet split
+  std::vector<KeyBits> key_bits_;                         // per table
+  bool learned_ = false;                                  // whether they were chosen by what was seen
+  std::array<std::vector<EntryIndex>, kTables> buckets_;  // per table and bucket: its first entry
+  int depth_ = 0;                                         // bits of the key of the buckets not yet split
   std::deque<Entry> entries_;
   std::vector<EntryIndex> free_entries_;
   std::vector<Member> members_;  // by keyframe id
