@@ -18,7 +18,7 @@ namespace ipl_slam {
 struct PlaceIndexOptions {
   int max_candidates = 10;
   int max_distance = 50;
-  int max_bucket = 64;
+  int max_bucket = 32;
 
   template <class Visitor>
   void visit(Visitor& v) {
