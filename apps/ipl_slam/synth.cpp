@@ -76,11 +76,12 @@ void add_synth_verb(CLI::App& app) {
   verb->add_option("OUT_DIR", a->folder, "Folder to create, in the layout of the TUM RGB-D benchmark")
       ->required();
   verb->add_option("--scene", o.scene,
-                   "What is drawn: room (furnished), white_room or corridor (edges, hardly any corners)")
+                   "What is drawn: room (furnished), white_room or corridor (edges, hardly any corners), "
+                   "building (eight furnished rooms) or doors (corridors of look-alike doors)")
       ->capture_default_str();
   verb->add_option("--trajectory", o.trajectory,
                    "Path of the camera: orbit, sweep (neither fits the corridor), walk, xyz, rpy, halfsphere "
-                   "or static")
+                   "or static; loop (and no other) in the scenes building and doors")
       ->capture_default_str();
   verb->add_option(
           "--story", o.story,
@@ -98,7 +99,8 @@ void add_synth_verb(CLI::App& app) {
   verb->add_option("--height", o.height, "Image height, pixels")->capture_default_str();
   verb->add_option("--seed", o.seed, "Everything random depends on it: same seed, same bytes")
       ->capture_default_str();
-  verb->add_option("--people", o.people, "People in the scene room, who do what the story says")
+  verb->add_option("--people", o.people,
+                   "People in the scenes room (who do what the story says), building and doors")
       ->capture_default_str();
   verb->add_option("--boxes", o.boxes,
                    "Rigid moving things in the scene room: a box pushed about, the door, more boxes")

@@ -5,9 +5,8 @@
 #include <vector>
 
 #include "common/options.hpp"
-#include "dynamics/feature_weights.hpp"
-#include "features/frame.hpp"
-#include "features/line_features.hpp"
+#include "loop/guided_search.hpp"
+#include "loop/place_view.hpp"
 #include "map/map.hpp"
 #include "tracking/pose_optimizer.hpp"
 #include "tracking/visibility.hpp"
@@ -15,20 +14,58 @@
 namespace ipl_slam {
 
 struct PlaceVerifierOptions {
+  int neighbours = 10;
+  int min_matches = 8;
+  double ransac_threshold = 4.0;
+  int ransac_iterations = 1000;
+  double wide_radius = 12.0;
+  double narrow_radius = 4.0;
   int min_inliers = 40;
+  double min_found_share = 0.25;
+  int min_observations = 3;
+  double hiding_distance = 20.0;
+  double hiding_gate = 0.1;
+  int min_cells = 4;
+  double max_deviation = 0.05;
+  int min_confirming_inliers = 25;
+  MatchOptions match{.ratio = 0.9};
+  GuidedSearchOptions search = {};
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.number("min_inliers", min_inliers, {6, 10000, "count", "landmarks that must agree on one pose"});
+    v.number(
+        "neighbours", neighbours,
+        {0, 100, "count", "best covisible keyframes of the candidate whose landmarks are looked for too"});
+    v.number("min_matches", min_matches,
+             {3, 1000, "count", "descriptor matches that must agree on a first pose"});
+    v.number("ransac_threshold", ransac_threshold,
+             {0.1, 50.0, "px", "reprojection error such a match may have, at its pyramid level"});
+    v.number("ransac_iterations", ransac_iterations, {10, 10000, "count", "samples drawn at most"});
+    v.number("wide_radius", wide_radius,
+             {1.0, 100.0, "px", "first search around a landmark, at its pyramid level"});
+    v.number("narrow_radius", narrow_radius, {1.0, 100.0, "px", "the same of the last search"});
+    v.number("min_inliers", min_inliers, {6, 10000, "count", "points that must agree on one pose"});
+    v.number("min_found_share", min_found_share,
+             {0.0, 1.0, "share", "of the points that the pose lets expect, those that must be found"});
+    v.number("min_observations", min_observations,
+             {1, 100, "count", "keyframes that see a point which is to be expected"});
+    v.number(
+        "hiding_distance", hiding_distance,
+        {0.0, 200.0, "px",
+         "a point is hidden when the keypoint nearest to it, within this, is much nearer to the camera or "
+         "removed"});
+    v.number("hiding_gate", hiding_gate,
+             {0.0, 100.0, "1/m", "inverse depth by which that keypoint must be nearer than the point"});
+    v.number("min_cells", min_cells,
+             {1, 12, "count", "cells of the image, 4 across and 3 down, that must hold points that agree"});
+    v.number(
+        "max_deviation", max_deviation,
+        {0.001, 10.0, "m", "the pose must be known to this in its least certain direction (of a turn, rad)"});
+    v.number("min_confirming_inliers", min_confirming_inliers,
+             {6, 10000, "count", "points that must be found by a further keyframe that confirms a match"});
+    v.section("match", match, "descriptor match of the view and the candidate");
+    v.section("search", search, "search for the landmarks of the place from a pose that is nearly right");
   }
-};
-
-/// What is to be placed in the map: a frame, or a keyframe with its lines.
-struct PlaceView {
-  const Frame& frame;
-  FeatureTrust trust = {};              ///< of its keypoints; those of weight 0 are not used
-  const LineFeatures* lines = nullptr;  ///< null = not looked for
-  FeatureTrust line_trust = {};
 };
 
 /// Where a view was found.
@@ -40,11 +77,15 @@ struct PlaceMatch {
   int inliers = 0;              ///< points that agree with the pose
   int line_inliers = 0;
   double found_share = 0.0;  ///< of the landmarks that the pose lets expect, those that were found
+  int cells = 0;             ///< of the image that hold inliers
+  double deviation = 0.0;    ///< of the pose in its least certain direction, m or rad
 };
 
 /// Decides whether a view shows the place of a keyframe, and from where: descriptor matches with the
-/// landmarks of the keyframe and those covisible with it, rigid motion or PnP by RANSAC, then a guided search
-/// for all their points and lines and the pose they agree on.
+/// landmarks that keyframe sees, a first pose from them by RANSAC (absolute_pose.hpp), then a guided search
+/// for all points and lines around and the pose they agree on. Many inliers are no proof: a poster that hangs
+/// in two rooms gives them in both. So most of what the pose lets expect must be there too, all over the
+/// image.
 class PlaceVerifier {
  public:
   /// Its samples depend on the view's frame index, the keyframe's id and `seed`.
@@ -55,10 +96,26 @@ class PlaceVerifier {
   /// Nothing where too little agrees, or too much of what the pose lets expect is not there.
   [[nodiscard]] std::optional<PlaceMatch> verify(const Map& map, const PlaceView& view,
                                                  KeyframeId candidate) const;
+  /// Whether a further keyframe, placed at T_cw in the world of the candidate's part by what was found for
+  /// another one, sees the candidate's place as well.
+  [[nodiscard]] bool confirms(const Map& map, const PlaceView& further, const SE3& T_cw,
+                              KeyframeId candidate) const;
 
  private:
+  [[nodiscard]] std::optional<SE3> first_pose(const Map& map, const PlaceView& view,
+                                              KeyframeId candidate) const;
+  [[nodiscard]] double found_share(const Map& map, const PlaceView& view, const LandmarkGroup& group,
+                                   const Placement& placement) const;
+  [[nodiscard]] bool hidden(const PlaceView& view, const ProjectedPoint& point) const;
+  [[nodiscard]] int cells(const PlaceView& view, const Placement& placement) const;
+
   Camera camera_;
+  ScalePyramid pyramid_;
   PlaceVerifierOptions options_;
+  PoseOptimizer optimizer_;
+  Visibility visibility_;
+  GuidedSearch search_;
+  std::uint64_t seed_;
 };
 
 }  // namespace ipl_slam

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "geometry/reprojection.hpp"
 #include "geometry/robust.hpp"
@@ -217,6 +219,12 @@ PoseEstimate PoseOptimizer::optimize(const SE3& T_cw, std::span<const PointMatch
   tables.evaluate(camera_, estimate.T_cw, false, normal);
   estimate.information = hessian_matrix(normal);
   return estimate;
+}
+
+double largest_deviation(const Matrix6d& information) {
+  const double least =
+      Eigen::SelfAdjointEigenSolver<Matrix6d>(information, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
+  return least > 0.0 ? 1.0 / std::sqrt(least) : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace ipl_slam

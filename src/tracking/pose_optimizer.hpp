@@ -88,4 +88,8 @@ class PoseOptimizer {
   PoseOptimizerOptions options_;
 };
 
+/// Standard deviation in the direction a pose is least certain of, m or rad, from PoseEstimate::information;
+/// infinite where one is open.
+[[nodiscard]] double largest_deviation(const Matrix6d& information);
+
 }  // namespace ipl_slam

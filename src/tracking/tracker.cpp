@@ -1,11 +1,7 @@
 #include "tracking/tracker.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <utility>
-
-#include <Eigen/Eigenvalues>
 
 namespace ipl_slam {
 namespace {
@@ -21,13 +17,6 @@ std::vector<std::uint8_t> removed_points(const FeatureWeights& weights, std::siz
   std::vector<std::uint8_t> removed(keypoints, 0);
   for (std::size_t k = 0; k < keypoints; ++k) removed[k] = weights.point(k) > 0.0 ? 0 : 1;
   return removed;
-}
-
-// Standard deviation in the direction a pose is least certain of.
-double largest_deviation(const Matrix6d& information) {
-  const double least =
-      Eigen::SelfAdjointEigenSolver<Matrix6d>(information, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
-  return least > 0.0 ? 1.0 / std::sqrt(least) : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace

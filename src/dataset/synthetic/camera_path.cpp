@@ -64,6 +64,19 @@ SE3 walk(const CameraSite& site, double t) {
   return look_at(eye, eye + heading * ahead + Vector3d(0, 0, -0.12 + 0.06 * std::sin(0.37 * t)));
 }
 
+// A round through a building on foot: the eyes go ahead into each turn, and about.
+SE3 loop(const CameraSite& site, double t) {
+  constexpr double kLookAhead = 2.0;  // s
+  const Eigen::Vector2d at = site.loop.position(t);
+  const Eigen::Vector2d goal = site.loop.position(t + kLookAhead);
+  const Vector3d ahead = Vector3d(goal.x() - at.x(), goal.y() - at.y(), 0.0).normalized();
+  const Vector3d left(-ahead.y(), ahead.x(), 0.0);
+  const Vector3d eye = Vector3d(at.x(), at.y(), site.eye_height) + 0.06 * std::sin(0.8 * t) * left +
+                       Vector3d(0, 0, 0.012 * std::sin(7.0 * t));
+  const Eigen::AngleAxisd about(0.16 * std::sin(0.5 * t) + 0.008 * std::sin(3.5 * t), Vector3d::UnitZ());
+  return look_at(eye, eye + about * ahead + Vector3d(0, 0, -0.10 + 0.06 * std::sin(0.37 * t)));
+}
+
 // A pulse out, back past the start and home again within each turn of `period` seconds; at rest at both ends.
 // The turns belong to the axes x, y, z in order.
 Vector3d turns(double t, double period, double amplitude) {
@@ -100,6 +113,7 @@ SE3 camera_pose(const std::string& path, const CameraSite& site, double time) {
   if (path == "orbit") return orbit(site, time);
   if (path == "sweep") return sweep(site, time);
   if (path == "walk") return walk(site, time);
+  if (path == "loop") return loop(site, time);
   if (path == "xyz") return SE3(Eigen::Quaterniond::Identity(), turns(time, 5.0, 0.28)) * T_station;
   if (path == "rpy") {
     Vector6d twist;
@@ -109,7 +123,7 @@ SE3 camera_pose(const std::string& path, const CameraSite& site, double time) {
   if (path == "halfsphere") return halfsphere(site, time);
   if (path == "static") return T_station;
   throw UserError("trajectory '" + path +
-                  "' is not known: use orbit, sweep, walk, xyz, rpy, halfsphere or static");
+                  "' is not known: use orbit, sweep, walk, loop, xyz, rpy, halfsphere or static");
 }
 
 }  // namespace ipl_slam::synthetic

@@ -11,10 +11,11 @@ namespace ipl_slam::synthetic {
 [[nodiscard]] SE3 look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target);
 
 /// T_wc of the camera at a time (seconds) on one of the paths below. All are smooth, at most 0.5 m/s (walk:
-/// 0.7 m/s) and 40 deg/s fast, and stay where the site says there is room.
+/// 0.7 m/s, loop: 1 m/s) and 40 deg/s (loop: 60 deg/s) fast, and stay where the site says there is room.
 ///   orbit       around the middle of the room, looking inwards
 ///   sweep       to and fro along one wall, swinging from side to side
 ///   walk        along the same line, looking ahead and about; turns round at its ends
+///   loop        once round the building and on into the next round, looking ahead and about
 ///   xyz         at the station, shifts along each axis in turn without turning
 ///   rpy         at the station, turns about each axis in turn without shifting
 ///   halfsphere  at the station, on a sphere about what is interesting

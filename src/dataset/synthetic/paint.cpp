@@ -177,6 +177,17 @@ cv::Mat paint_bricks(int size, Random& random) {
   return image;
 }
 
+cv::Mat paint_wallpaper(int size, Random& random) {
+  cv::Mat image = paint_plain(size, {205, 215, 215}, 18.0F, random);
+  const int margin = size / 16;  // what is cut at an edge would not meet its other half
+  for (int i = 0; i < 260; ++i) {
+    const Point at(random.uniform_int(margin, size - margin), random.uniform_int(margin, size - margin));
+    const int side = random.uniform_int(size / 64, size / 16);
+    draw_shape(image, {at.x - side, at.y - side, 2 * side, 2 * side}, random);
+  }
+  return image;
+}
+
 cv::Mat paint_wood(int size, const Scalar& color, Random& random) {
   cv::Mat image = blank(size, size, color);
   const cv::Mat warp = tiling_noise(size, size, 4, 3, 0.5F, random);

@@ -18,6 +18,8 @@ namespace ipl_slam::synthetic {
 [[nodiscard]] cv::Mat paint_plain(int size, const cv::Scalar& color, float strength, Random& random);
 /// Bricks with mortar.
 [[nodiscard]] cv::Mat paint_bricks(int size, Random& random);
+/// Printed wall paper: specks and shapes of many sizes scattered without a pattern.
+[[nodiscard]] cv::Mat paint_wallpaper(int size, Random& random);
 /// Floor boards with grain.
 [[nodiscard]] cv::Mat paint_planks(int size, Random& random);
 /// Wooden surface with grain along x.

@@ -28,7 +28,8 @@ constexpr double kSitAngle = 1.5;   // radians, of hips and knees
 // Two steps of two legs each swinging this far: feet then hardly slide.
 constexpr double kMetresPerCycle = 4.0 * (kThigh + kShin) * 0.408;
 
-constexpr double kStep = 0.01;  // seconds between the stored states
+constexpr double kFullStride = 0.8;  // m/s from which on legs swing fully
+constexpr double kStep = 0.01;       // seconds between the stored states
 
 SE3 turn_y(double angle, const Vector3d& at) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, Vector3d::UnitY())), at};
@@ -162,7 +163,7 @@ class Storyteller {
     const double gap = std::remainder(heading_goal_ - state_.heading, 2 * pi);
     if (std::abs(gap) > 1e-3) state_.heading += std::clamp(5.0 * gap, -2.5, 2.5) * kStep;
     state_.phase += 2 * pi * speed_ * kStep / kMetresPerCycle;
-    state_.stride = smooth_step(speed_ / 0.8);
+    state_.stride = smooth_step(speed_ / kFullStride);
   }
 
   void settle_on_seat() {
@@ -230,6 +231,19 @@ PersonMotion::PersonMotion(const WalkingSpace& space, std::optional<Seat> seat, 
 
 PersonMotion::PersonMotion(const Role& role, double body_height, double duration)
     : story_(Storyteller(role).tell(duration)), scale_(body_height / kBodyHeight) {}
+
+PersonMotion::PersonMotion(const std::function<Vector2d(double)>& course, double body_height, double duration)
+    : scale_(body_height / kBodyHeight) {
+  PersonState state;
+  for (double time = 0.0; time <= duration + 1.0; time += kStep) {
+    state.position = course(time);
+    const Vector2d way = course(time + kStep) - state.position;
+    state.heading += std::remainder(std::atan2(way.y(), way.x()) - state.heading, 2 * pi);
+    state.stride = smooth_step(way.norm() / kStep / kFullStride);
+    story_.push_back(state);
+    state.phase += 2 * pi * way.norm() / kMetresPerCycle;
+  }
+}
 
 PersonState PersonMotion::state(double time) const {
   const double at = std::clamp(time / kStep, 0.0, static_cast<double>(story_.size() - 1));

@@ -72,6 +72,8 @@ class PersonMotion : public Motion {
                double duration, const Occupied& occupied, Random random);
   /// Plays a part; who writes the parts sees to it that nobody is in the way.
   PersonMotion(const Role& role, double body_height, double duration);
+  /// Follows course(t), a smooth way over the floor (metres), looking where it goes.
+  PersonMotion(const std::function<Eigen::Vector2d(double t)>& course, double body_height, double duration);
 
   [[nodiscard]] int frame_count() const override { return kParts; }
   void append_frames(double time, std::vector<SE3>& frames) const override;

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "dataset/synthetic/furniture.hpp"
 #include "dataset/synthetic/paint.hpp"
 #include "dataset/synthetic/person.hpp"
-#include "dataset/synthetic/scene_builder.hpp"
 #include "dataset/synthetic/story.hpp"
 
 namespace ipl_slam::synthetic {
@@ -22,7 +22,6 @@ constexpr double kWall = 0.1;        // thickness
 constexpr double kDoorFrom = -1.55;  // of the opening in the wall x = +kX, along y
 constexpr double kDoorTo = -0.65;
 constexpr double kDoorHeight = 2.05;
-constexpr double kTableTop = 0.74;
 constexpr double kSeatRadius = 1.0;
 const double kSeatAngles[] = {0.5 * pi + 0.25, -0.5 * pi + 0.35};
 
@@ -69,13 +68,7 @@ class SwingingDoor : public Motion {
 
 class RoomBuilder {
  public:
-  RoomBuilder(Scene& scene, std::uint64_t seed) : scene_(scene), builder_(scene), random_(hash64(seed, 1)) {
-    wood_ = builder_.material(paint_wood(512, {75, 115, 160}, random_), 400.0);
-    pale_wood_ = builder_.material(paint_wood(512, {140, 175, 200}, random_), 400.0);
-    metal_ = builder_.material(paint_plain(256, {120, 115, 110}, 14.0F, random_), 300.0);
-    dark_ = builder_.material(paint_plain(256, {38, 36, 35}, 12.0F, random_), 300.0);
-    for (int i = 0; i < 8; ++i) cardboard_.push_back(builder_.material(paint_cardboard(256, random_)));
-  }
+  RoomBuilder(Scene& scene, std::uint64_t seed) : scene_(scene), furniture_(scene, hash64(seed, 1)) {}
 
   void build_shell() {
     builder_.structure();
@@ -101,7 +94,7 @@ class RoomBuilder {
     builder_.box({kX + 1.45, 0, kHeight / 2}, {kWall, 2 * kY + 1, kHeight},
                  builder_.shifted(green, 0.6, 0.4));
     const int rug = builder_.material(paint_rug(1024, 512, random_));
-    builder_.box({0, 0, 0.004}, {3.4, 2.4, 0.008}, dark_).materials[5] = rug;
+    builder_.box({0, 0, 0.004}, {3.4, 2.4, 0.008}, furniture_.dark()).materials[5] = rug;
     const int trim = builder_.material(paint_wood(256, {60, 80, 105}, random_), 300.0);
     builder_.box({0, kY - 0.01, 0.05}, {2 * kX, 0.02, 0.1}, trim);
     builder_.box({0, -kY + 0.01, 0.05}, {2 * kX, 0.02, 0.1}, trim);
@@ -139,159 +132,45 @@ class RoomBuilder {
       const Vector3d size =
           on_y ? Vector3d(place.width, 0.006, place.tall) : Vector3d(0.006, place.width, place.tall);
       builder_.at({0, 0, 0});
-      Primitive& p = builder_.box(centre, size, dark_);
+      Primitive& p = builder_.box(centre, size, furniture_.dark());
       p.materials[(on_y ? 2 : 0) + (sign > 0 ? 0 : 1)] = picture;
     }
   }
 
-  void add_table(const Vector3d& at, double yaw, const Vector2d& size, int top) {
-    builder_.object("dining table");
-    builder_.at(at, yaw);
-    builder_.box({0, 0, kTableTop - 0.02}, {size.x(), size.y(), 0.04}, top);
-    for (const double x : {-1.0, 1.0}) {
-      for (const double y : {-1.0, 1.0}) {
-        builder_.box({x * (0.5 * size.x() - 0.05), y * (0.5 * size.y() - 0.05), 0.5 * (kTableTop - 0.04)},
-                     {0.05, 0.05, kTableTop - 0.04}, metal_);
-      }
-    }
-  }
-
-  void add_chair(const Vector3d& at, double yaw) {  // the sitter looks along +x
-    builder_.object("chair");
-    builder_.at(at, yaw);
-    const double red = random_.uniform(60, 170);
-    const int seat = builder_.material(paint_plain(256, {70, 60, red}, 18.0F, random_), 300.0);
-    builder_.box({0, 0, 0.40}, {0.42, 0.42, 0.05}, seat);
-    builder_.box({-0.20, 0, 0.72}, {0.04, 0.40, 0.34}, seat);
-    for (const double x : {-0.18, 0.18}) {
-      for (const double y : {-0.18, 0.18}) builder_.box({x, y, 0.19}, {0.035, 0.035, 0.38}, metal_);
-    }
-    for (const double y : {-0.17, 0.17}) builder_.box({-0.20, y, 0.49}, {0.03, 0.03, 0.16}, metal_);
-  }
-
-  void add_monitor(const Vector3d& at, double yaw) {  // the screen looks along +x
-    builder_.object("tv");
-    builder_.at(at, yaw);
-    const int screen = builder_.material(paint_screen(512, 256, random_));
-    builder_.box({0, 0, 0.30}, {0.05, 0.60, 0.36}, dark_).materials[1] = screen;
-    builder_.box({-0.03, 0, 0.08}, {0.04, 0.06, 0.14}, dark_);
-    builder_.box({-0.02, 0, 0.01}, {0.18, 0.26, 0.02}, dark_);
-  }
-
-  void add_keyboard(const Vector3d& at, double yaw) {
-    builder_.object("keyboard");
-    builder_.at(at, yaw);
-    const int keys = builder_.material(paint_mosaic(256, 16, random_));
-    builder_.box({0, 0, 0.012}, {0.16, 0.44, 0.024}, dark_).materials[5] = keys;
-  }
-
-  void add_book(const Vector3d& at, double yaw) {
-    builder_.object("book");
-    builder_.at(at, yaw);
-    const int cover = builder_.material(paint_poster(256, 256, random_));
-    builder_.box({0, 0, 0.015}, {0.17, 0.24, 0.03}, pale_wood_).materials[5] = cover;
-  }
-
-  void add_cup(const Vector3d& at) {
-    builder_.object("cup");
-    builder_.at(at);
-    const int glaze = builder_.material(paint_mosaic(64, 4, random_), 600.0);
-    builder_.capsule({0, 0, 0.03}, {0, 0, 0.08}, 0.036, 0.036, glaze);
-  }
-
-  void add_carton(const Vector3d& at, double yaw, const Vector3d& size) {
-    builder_.object("box");
-    builder_.at(at, yaw);
-    carton(size);
-  }
-
-  void carton(const Vector3d& size) {
-    builder_.box({0, 0, 0.5 * size.z()}, size, cardboard_[random_.index(cardboard_.size())]);
-    Primitive& p = scene_.primitives.back();
-    for (int& face : p.materials) face = cardboard_[random_.index(cardboard_.size())];
-  }
-
-  void add_cabinet(const Vector3d& at, double yaw, const Vector3d& size,
-                   int rows) {  // the front looks along +x
-    builder_.structure();
-    builder_.at(at, yaw);
-    const int front = builder_.material(paint_drawers(256, 512, rows, random_));
-    builder_.box({0, 0, 0.5 * size.z()}, size, builder_.shifted(metal_, random_.uniform(), 0)).materials[1] =
-        front;
-  }
-
-  void add_bookshelf(const Vector3d& at, double yaw, double width, double height, int shelves) {
-    builder_.structure();
-    builder_.at(at, yaw);
-    const int books = builder_.material(paint_books(512, 1024, shelves, random_));
-    builder_.box({0, 0, 0.5 * height}, {0.32, width, height}, wood_).materials[1] = books;
-  }
-
-  void add_open_shelf(const Vector3d& at, double yaw) {
-    builder_.structure();
-    builder_.at(at, yaw);
-    for (const double y : {-0.58, 0.58}) builder_.box({0, y, 0.7}, {0.32, 0.03, 1.4}, pale_wood_);
-    for (int level = 0; level < 4; ++level) {
-      const double z = 0.12 + 0.42 * level;
-      builder_.box({0, 0, z}, {0.32, 1.16, 0.03}, pale_wood_);
-      for (double y = -0.42; level < 3 && y < 0.5; y += 0.28) {
-        if (!random_.chance(0.8)) continue;
-        builder_.at(at, yaw);
-        const Vector3d size(random_.uniform(0.16, 0.26), random_.uniform(0.12, 0.22),
-                            random_.uniform(0.14, 0.32));
-        builder_.box({0, y, z + 0.015 + 0.5 * size.z()}, size, cardboard_[random_.index(cardboard_.size())],
-                     random_.uniform(-0.3, 0.3));
-      }
-    }
-  }
-
-  void add_desk_along_wall(const Vector3d& at, double yaw) {  // its user would look along -x
-    add_table(at, yaw + pi / 2, {1.5, 0.55}, pale_wood_);
-    const SE3 T_wd(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Vector3d::UnitZ())), at);
-    const auto on = [&](double x, double y) { return T_wd * Vector3d(x, y, kTableTop); };
-    add_monitor(on(-0.12, random_.uniform(-0.3, 0.1)), yaw + random_.uniform(-0.2, 0.2));
-    add_keyboard(on(0.15, -0.1), yaw + random_.uniform(-0.1, 0.1));
-    add_book(on(0.10, 0.52), yaw + random_.uniform(-0.6, 0.6));
-    add_cup(on(0.10, -0.52));
-    builder_.structure();
-    builder_.at(on(-0.1, 0.60), yaw);
-    builder_.box({0, 0, 0.12}, {0.2, 0.16, 0.24}, cardboard_[random_.index(cardboard_.size())], 0.3);
-  }
-
   void furnish() {
-    add_table({0, 0, 0}, 0.0, {1.4, 0.8}, wood_);
+    furniture_.add_table({0, 0, 0}, 0.0, {1.4, 0.8}, furniture_.wood());
     for (const double angle : kSeatAngles) {
-      add_chair({kSeatRadius * std::cos(angle), kSeatRadius * std::sin(angle), 0}, angle);
+      furniture_.add_chair({kSeatRadius * std::cos(angle), kSeatRadius * std::sin(angle), 0}, angle);
     }
-    add_monitor({0.50, 0.14, kTableTop}, 0.2);
-    add_keyboard({-0.35, -0.22, kTableTop}, 1.7);
-    add_book({-0.48, 0.2, kTableTop}, 0.4);
-    add_book({-0.47, 0.21, kTableTop + 0.03}, 0.9);
-    add_cup({0.15, -0.28, kTableTop});
-    add_cup({-0.12, 0.3, kTableTop});
-    add_carton({0.58, -0.22, kTableTop}, 0.5, {0.16, 0.22, 0.14});
+    furniture_.add_monitor({0.50, 0.14, kTableTop}, 0.2);
+    furniture_.add_keyboard({-0.35, -0.22, kTableTop}, 1.7);
+    furniture_.add_book({-0.48, 0.2, kTableTop}, 0.4);
+    furniture_.add_book({-0.47, 0.21, kTableTop + 0.03}, 0.9);
+    furniture_.add_cup({0.15, -0.28, kTableTop});
+    furniture_.add_cup({-0.12, 0.3, kTableTop});
+    furniture_.add_carton({0.58, -0.22, kTableTop}, 0.5, {0.16, 0.22, 0.14});
     // Along the walls; +x of a piece points into the room.
-    add_desk_along_wall({-1.9, kY - 0.29, 0}, -pi / 2);
-    add_bookshelf({2.85, kY - 0.17, 0}, -pi / 2, 1.1, 2.1, 6);
-    add_cabinet({2.0, kY - 0.25, 0}, -pi / 2, {0.45, 0.45, 1.2}, 4);
-    add_open_shelf({0.3, kY - 0.17, 0}, -pi / 2);
-    add_desk_along_wall({0.5, -kY + 0.29, 0}, pi / 2);
-    add_bookshelf({2.7, -kY + 0.17, 0}, pi / 2, 1.2, 1.8, 5);
-    add_cabinet({-1.0, -kY + 0.25, 0}, pi / 2, {0.45, 0.5, 1.1}, 3);
-    add_cabinet({-1.55, -kY + 0.25, 0}, pi / 2, {0.45, 0.5, 0.75}, 2);
-    add_open_shelf({-kX + 0.17, 0.3, 0}, 0.0);
-    add_bookshelf({-kX + 0.17, 2.1, 0}, 0.0, 1.0, 1.9, 5);
-    add_cabinet({-kX + 0.25, -0.9, 0}, 0.0, {0.45, 0.6, 1.3}, 4);
-    add_cabinet({kX - 0.25, 0.6, 0}, pi, {0.45, 0.9, 0.9}, 2);
-    add_carton({kX - 0.3, 0.5, 0.9}, 0.3, {0.3, 0.35, 0.25});
-    add_carton({kX - 0.4, 1.6, 0}, 0.2, {0.45, 0.5, 0.4});
-    add_carton({kX - 0.42, 1.62, 0.4}, -0.2, {0.35, 0.4, 0.3});
-    add_carton({-kX + 0.3, 1.25, 0}, 0.15, {0.35, 0.45, 0.35});
+    furniture_.add_desk_along_wall({-1.9, kY - 0.29, 0}, -pi / 2);
+    furniture_.add_bookshelf({2.85, kY - 0.17, 0}, -pi / 2, 1.1, 2.1, 6);
+    furniture_.add_cabinet({2.0, kY - 0.25, 0}, -pi / 2, {0.45, 0.45, 1.2}, 4);
+    furniture_.add_open_shelf({0.3, kY - 0.17, 0}, -pi / 2);
+    furniture_.add_desk_along_wall({0.5, -kY + 0.29, 0}, pi / 2);
+    furniture_.add_bookshelf({2.7, -kY + 0.17, 0}, pi / 2, 1.2, 1.8, 5);
+    furniture_.add_cabinet({-1.0, -kY + 0.25, 0}, pi / 2, {0.45, 0.5, 1.1}, 3);
+    furniture_.add_cabinet({-1.55, -kY + 0.25, 0}, pi / 2, {0.45, 0.5, 0.75}, 2);
+    furniture_.add_open_shelf({-kX + 0.17, 0.3, 0}, 0.0);
+    furniture_.add_bookshelf({-kX + 0.17, 2.1, 0}, 0.0, 1.0, 1.9, 5);
+    furniture_.add_cabinet({-kX + 0.25, -0.9, 0}, 0.0, {0.45, 0.6, 1.3}, 4);
+    furniture_.add_cabinet({kX - 0.25, 0.6, 0}, pi, {0.45, 0.9, 0.9}, 2);
+    furniture_.add_carton({kX - 0.3, 0.5, 0.9}, 0.3, {0.3, 0.35, 0.25});
+    furniture_.add_carton({kX - 0.4, 1.6, 0}, 0.2, {0.45, 0.5, 0.4});
+    furniture_.add_carton({kX - 0.42, 1.62, 0.4}, -0.2, {0.35, 0.4, 0.3});
+    furniture_.add_carton({-kX + 0.3, 1.25, 0}, 0.15, {0.35, 0.45, 0.35});
   }
 
   void add_door_leaf() {
     const int panel = builder_.material(paint_drawers(256, 512, 3, random_));
-    builder_.box({0, -0.44, 0.5 * kDoorHeight}, {0.04, 0.86, kDoorHeight - 0.03}, pale_wood_);
+    builder_.box({0, -0.44, 0.5 * kDoorHeight}, {0.04, 0.86, kDoorHeight - 0.03}, furniture_.pale_wood());
     Primitive& leaf = scene_.primitives.back();
     leaf.materials[0] = leaf.materials[1] = panel;
   }
@@ -318,14 +197,14 @@ class RoomBuilder {
     centre.z() += number / 4 * size.z();  // more boxes than places are stacked
     builder_.object("box");
     builder_.on_frame(builder_.motion(std::make_unique<PushedBox>(centre, reach, random_)));
-    carton(size);
+    furniture_.carton(size);
   }
 
   // As big as a refrigerator's.
   void add_late_box(double duration) {
     builder_.object("box");
     builder_.on_frame(builder_.motion(make_late_push(Stage(scene_.site), duration)));
-    carton({0.5, 0.7, 1.3});
+    furniture_.carton({0.5, 0.7, 1.3});
   }
 
   void add_boxes(const RoomContents& contents) {
@@ -382,10 +261,9 @@ class RoomBuilder {
 
  private:
   Scene& scene_;
-  SceneBuilder builder_;
-  Random random_;
-  int wood_, pale_wood_, metal_, dark_;
-  std::vector<int> cardboard_;
+  Furniture furniture_;
+  SceneBuilder& builder_ = furniture_.builder();
+  Random& random_ = furniture_.random();
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "dataset/synthetic/loop_path.hpp"
 #include "dataset/synthetic/texture.hpp"
 #include "geometry/se3.hpp"
 
@@ -57,6 +58,12 @@ class Motion {
   virtual void append_frames(double time, std::vector<SE3>& frames) const = 0;
 };
 
+/// Where someone can go to and fro across a loop.
+struct Crossing {
+  double time = 0.0;   ///< at which the camera comes there in the first round, seconds
+  double reach = 1.0;  ///< free floor to either side, metres
+};
+
 /// Places from which the camera can look around without touching anything.
 struct CameraSite {
   Eigen::Vector3d look_at{0, 0, 0.8};     ///< the middle of what is interesting
@@ -67,6 +74,8 @@ struct CameraSite {
   Eigen::Vector3d sweep_to{1, -1, 1.4};
   Eigen::Vector3d free_min{-1, -1, 0.5};  ///< the box no camera path leaves
   Eigen::Vector3d free_max{1, 1, 2};
+  LoopPath loop;                    ///< a round through a whole building, where there is one
+  std::vector<Crossing> crossings;  ///< of the loop
 };
 
 struct Scene {

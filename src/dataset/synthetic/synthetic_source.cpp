@@ -10,8 +10,10 @@
 #include <ipl_slam/error.hpp>
 
 #include "common/random.hpp"
+#include "dataset/synthetic/building.hpp"
 #include "dataset/synthetic/camera_path.hpp"
 #include "dataset/synthetic/corridor.hpp"
+#include "dataset/synthetic/doors.hpp"
 #include "dataset/synthetic/renderer.hpp"
 #include "dataset/synthetic/room.hpp"
 #include "dataset/synthetic/story.hpp"
@@ -64,16 +66,26 @@ Camera make_camera(const SyntheticOptions& options) {
   return camera;
 }
 
+bool has_loop(const std::string& scene) {
+  return scene == "building" || scene == "doors";
+}
+
 synthetic::Scene make_scene(const SyntheticOptions& options) {
   if (options.scene == "white_room") return synthetic::make_white_room(options.seed);
   if (options.scene == "corridor") return synthetic::make_corridor(options.seed);
+  const auto clothes = options.clothes == "printed" ? synthetic::Clothes::Printed : synthetic::Clothes::Plain;
+  const double duration = options.frames / options.fps;
+  if (has_loop(options.scene)) {
+    const synthetic::PassersBy people = {options.seed, clothes, options.people, duration};
+    return options.scene == "doors" ? synthetic::make_doors(people) : synthetic::make_building(people);
+  }
   synthetic::RoomContents contents;
   contents.seed = options.seed;
   contents.story = options.story;
-  contents.clothes = options.clothes == "printed" ? synthetic::Clothes::Printed : synthetic::Clothes::Plain;
+  contents.clothes = clothes;
   contents.people = options.people;
   contents.boxes = options.boxes;
-  contents.duration = options.frames / options.fps;
+  contents.duration = duration;
   const synthetic::CameraSite site = synthetic::room_camera_site();
   contents.camera_position = [site, path = options.trajectory](double time) {
     return synthetic::camera_pose(path, site, time).translation();
@@ -110,7 +122,16 @@ void SyntheticOptions::check() const {
   RangeCheck range_check;
   copy.visit(range_check);
   if (story != "walk") check_story(*this);
-  if (scene == "room") return;
+  if (has_loop(scene) != (trajectory == "loop")) {
+    throw UserError(
+        fmt::format("scene '{}' and trajectory '{}' do not fit: the trajectory loop is that of the scenes "
+                    "building and doors",
+                    scene, trajectory));
+  }
+  if (has_loop(scene) && boxes > 0) {
+    throw UserError(fmt::format("scene '{}' has no room for boxes: use the scene room", scene));
+  }
+  if (scene == "room" || has_loop(scene)) return;
   if (people > 0 || boxes > 0) {
     throw UserError(fmt::format("scene '{}' has no room for people or boxes: use the scene room", scene));
   }

@@ -40,9 +40,9 @@ struct SyntheticOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v.choice("scene", scene, {"room", "white_room", "corridor"}, "what is drawn");
-    v.choice("trajectory", trajectory, {"orbit", "sweep", "walk", "xyz", "rpy", "halfsphere", "static"},
-             "path of the camera");
+    v.choice("scene", scene, {"room", "white_room", "corridor", "building", "doors"}, "what is drawn");
+    v.choice("trajectory", trajectory,
+             {"orbit", "sweep", "walk", "loop", "xyz", "rpy", "halfsphere", "static"}, "path of the camera");
     v.choice(
         "story", story, {"walk", "stand", "crowd", "enter", "leave", "push"},
         "what happens. walk: people walk, stop, sit, leave and return, boxes are pushed about. In the "
