@@ -9,6 +9,7 @@
 
 #include <ipl_slam/error.hpp>
 
+#include "bench_places.hpp"
 #include "bench_tum.hpp"
 #include "common/stopwatch.hpp"
 #include "dataset/tum_dataset.hpp"
@@ -91,6 +92,7 @@ void add_bench_verb(CLI::App& app) {
   options->add_to(*tracking);
   tracking->callback([options] { bench_tracking(*options); });
   add_bench_tum(*verb);
+  add_bench_places(*verb);
 }
 
 }  // namespace ipl_slam::cli
