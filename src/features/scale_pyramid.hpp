@@ -16,6 +16,7 @@ class ScalePyramid {
   }
 
   [[nodiscard]] int levels() const { return static_cast<int>(scale_.size()); }
+  [[nodiscard]] double factor() const { return factor_; }
   /// Size of a pixel of this level in full-size pixels.
   [[nodiscard]] double scale(int level) const { return scale_[level]; }
   /// Variance of a keypoint's position in full-size pixels^2, with one pixel of noise on its own level.
