@@ -50,6 +50,12 @@ Landmark with_new_ids(const NewIds& new_ids, Landmark landmark) {
   return landmark;
 }
 
+/// The name stands in messages of one line.
+Camera with_plain_name(Camera camera) {
+  std::replace_if(camera.name.begin(), camera.name.end(), is_control, ' ');
+  return camera;
+}
+
 void write_keyframes(RecordWriter& out, const Map& map) {
   const std::vector<PartId> parts = map.parts();
   out.count(map.keyframes().size(), kKeyframeBytes, "");
@@ -177,7 +183,8 @@ const SectionedFormat& map_format() {
 
 std::string encode_map(const Map& map, const Camera& camera) {
   std::array<RecordWriter, kSections> out;
-  camera_record(out[kCamera], camera);
+  const Camera named = with_plain_name(camera);
+  camera_record(out[kCamera], named);
   int levels = map.pyramid().levels();
   double factor = map.pyramid().factor();
   pyramid_record(out[kPyramid], levels, factor);
@@ -191,8 +198,10 @@ std::string encode_map(const Map& map, const Camera& camera) {
     point_record(out[kPoints], saved, keyframes);
   });
   out[kLines].count(map.lines().size(), kLineBytes, "");
-  map.lines().for_each(
-      [&](LineId, const Line& line) { line_record(out[kLines], with_new_ids(new_ids, line), keyframes); });
+  map.lines().for_each([&](LineId, const Line& line) {
+    const Line saved = with_new_ids(new_ids, line);
+    line_record(out[kLines], saved, keyframes);
+  });
   out[kLoops].count(map.loops().size(), kLoopBytes, "");
   for (LoopEdge edge : map.loops()) {
     edge.a = new_ids(edge.a), edge.b = new_ids(edge.b);

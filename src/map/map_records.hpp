@@ -28,6 +28,11 @@ inline constexpr double kFarthest = 1e9;
 /// Frames that may count for a landmark: more than a year of them.
 inline constexpr double kMostSightings = 1e9;
 
+/// Characters that texts of a map file do not hold.
+[[nodiscard]] inline bool is_control(char c) {
+  return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
+}
+
 class RecordWriter {
  public:
   template <std::unsigned_integral Stored, class T>
@@ -93,8 +98,8 @@ class RecordReader {
   void text(std::string& text, const char* what) {
     const auto size = in_.get<std::uint32_t>();
     text = std::string(in_.get_bytes(size));
-    const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
-    require(std::none_of(text.begin(), text.end(), control), what, "holds characters that cannot be shown");
+    require(std::none_of(text.begin(), text.end(), is_control), what,
+            "holds characters that cannot be shown");
   }
   std::uint32_t count(std::size_t, std::size_t bytes_each, const char* what) {
     const auto records = in_.get<std::uint32_t>();
