@@ -7,6 +7,7 @@ find_package(spdlog REQUIRED CONFIG)
 find_package(fmt REQUIRED CONFIG)
 find_package(nlohmann_json REQUIRED CONFIG)
 find_package(Threads REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(OpenCVModules REQUIRED COMPONENTS core imgproc imgcodecs features2d calib3d video)
 
 # Without it there is no YOLO segmenter; all else is the same.

@@ -1,5 +1,6 @@
 #include "common/text_file.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
@@ -30,7 +31,7 @@ std::string_view trimmed(std::string_view text) {
 
 }  // namespace
 
-std::string read_file(const std::filesystem::path& file) {
+std::string read_file(const std::filesystem::path& file, std::size_t most) {
   std::error_code error;
   if (std::filesystem::is_directory(file, error)) fail(file, "it is a folder; give the name of a file");
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> input(std::fopen(file.c_str(), "rb"), &std::fclose);
@@ -41,8 +42,9 @@ std::string read_file(const std::filesystem::path& file) {
   std::string content;
   std::size_t size = 0, read = 0;
   do {
-    content.resize(size + kReadChunk);
-    read = std::fread(content.data() + size, 1, kReadChunk, input.get());
+    const std::size_t wanted = std::min(kReadChunk, most - size);
+    content.resize(size + wanted);
+    read = std::fread(content.data() + size, 1, wanted, input.get());
     size += read;
   } while (read > 0);
   if (std::ferror(input.get()) != 0) fail(file, std::generic_category().message(errno) + "; check the disk");

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,8 +16,10 @@ struct TextLine {
   std::string text;        ///< without line end and surrounding blanks, never empty
 };
 
-/// All bytes of a file. Throws UserError when it is missing, a folder, or cannot be read.
-[[nodiscard]] std::string read_file(const std::filesystem::path& file);
+/// The bytes of a file, all or the first so many. Throws UserError when it is missing, a folder, or cannot be
+/// read.
+[[nodiscard]] std::string read_file(const std::filesystem::path& file,
+                                    std::size_t most = std::numeric_limits<std::size_t>::max());
 
 /// The lines of a text file that are neither blank nor comments ('#' first). Unix and Windows line ends and a
 /// UTF-8 byte order mark are understood. Throws UserError as read_file does.

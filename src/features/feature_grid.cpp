@@ -13,9 +13,11 @@ FeatureGrid::FeatureGrid(const Features& features, float cell_size) : cell_size_
     low = low.cwiseMin(k.undistorted);
     high = high.cwiseMax(k.undistorted);
   }
-  // A strong lens model can throw single points far out; cells that grow with them keep their number bounded.
-  constexpr float kMostCells = 512.0F;
-  cell_size_ = std::max(cell_size_, (high - low).maxCoeff() / kMostCells);
+  // A strong lens model can throw single points far out; cells that grow with them keep their number bounded,
+  // and more so for a handful of points.
+  constexpr std::size_t kMostCells = 512, kMostCellsOfNone = 64;
+  const auto most_cells = static_cast<float>(std::min(kMostCells, kMostCellsOfNone + features.size()));
+  cell_size_ = std::max(cell_size_, (high - low).maxCoeff() / most_cells);
   left_ = low.x();
   top_ = low.y();
   columns_ = static_cast<int>((high.x() - low.x()) / cell_size_) + 1;

@@ -19,6 +19,15 @@ class SE3 {
   SE3(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation)
       : SE3(Eigen::Quaterniond(rotation), translation) {}
 
+  /// Of a quaternion that is known to have unit length: it is kept to the bit, which normalising it once more
+  /// would not.
+  [[nodiscard]] static SE3 of_unit(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation) {
+    SE3 T;
+    T.q_ = rotation;
+    T.t_ = translation;
+    return T;
+  }
+
   /// Exponential map of a twist (rho, phi): first the translational, then the rotational part (radians).
   /// Source: Sola et al., "A micro Lie theory for state estimation in robotics", 2018.
   [[nodiscard]] static SE3 exp(const Vector6d& twist);

@@ -90,6 +90,26 @@ LineId Map::add_line(const Line3& line_w, const Eigen::Vector3d& start_w, const 
   return insert<LineId>(std::move(line), keyframe, segment);
 }
 
+template <class LandmarkId, class Landmark>
+LandmarkId Map::restore_as(Landmark landmark) {
+  const LandmarkId id = store(LandmarkId{}).insert(std::move(landmark));
+  became(id).push_back(id);
+  for (const Observation& o : store(id)[id].observations) {
+    assert(!slot(o.keyframe, o.feature, id).valid() && trust(o.keyframe, id).weight(o.feature) > 0.0);
+    slot(o.keyframe, o.feature, id) = id;
+  }
+  refresh(id);
+  return id;
+}
+
+PointId Map::restore(Point point) {
+  return restore_as<PointId>(std::move(point));
+}
+
+LineId Map::restore(Line line) {
+  return restore_as<LineId>(std::move(line));
+}
+
 void Map::set_line(LineId id, const Line3& line_w, const Eigen::Vector3d& start_w,
                    const Eigen::Vector3d& end_w) {
   Line& line = lines_[id];

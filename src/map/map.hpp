@@ -108,6 +108,12 @@ class Map {
                   KeyframeId keyframe, std::uint32_t segment);
   void set_line(LineId id, const Line3& line_w, const Eigen::Vector3d& start_w, const Eigen::Vector3d& end_w);
 
+  /// Puts a landmark in as it was saved, after the keyframes that see it: `first_keyframe`, the counts and
+  /// the observations stay as they are, what is derived from these is computed. The observations are there,
+  /// in order of keyframe, by features that belong to no landmark and are not removed.
+  PointId restore(Point point);
+  LineId restore(Line line);
+
   /// The part that the next keyframe starts when it belongs to none there is.
   [[nodiscard]] PartId new_part() const { return PartId{static_cast<std::uint32_t>(anchors_.size())}; }
   /// Makes two parts one: poses and landmarks of `gone`, the younger one, move into the world of `kept`.
@@ -186,6 +192,8 @@ class Map {
   [[nodiscard]] const FeatureTrust& trust(KeyframeId keyframe, LineId) const {
     return keyframes_[keyframe].line_trust;
   }
+  template <class LandmarkId, class Landmark>
+  LandmarkId restore_as(Landmark landmark);
   template <class LandmarkId, class Landmark>
   LandmarkId insert(Landmark landmark, KeyframeId keyframe, std::uint32_t feature);
   /// Null for a keyframe that was not removed.
