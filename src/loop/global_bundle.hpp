@@ -1,11 +1,10 @@
 #pragma once
 
 #include <atomic>
-#include <memory>
 
 #include "map/map.hpp"
 #include "mapping/bundle_adjustment.hpp"
-#include "mapping/local_bundle.hpp"
+#include "mapping/map_bundle.hpp"
 
 namespace ipl_slam {
 
@@ -18,20 +17,26 @@ namespace ipl_slam {
 class GlobalBundle {
  public:
   GlobalBundle(const Map& map, PartId part, const Camera& camera, const DepthNoiseOptions& noise,
-               const LocalBundleOptions& options);
-  ~GlobalBundle();
-  GlobalBundle(GlobalBundle&&) noexcept;
-  GlobalBundle& operator=(GlobalBundle&&) noexcept;
+               const LineNoise& line_noise, const BundleOptions& options);
 
-  /// Returns false when it was aborted: then there is nothing to apply.
+  /// Returns false when it was aborted: then there is nothing to apply. Touches no map.
   bool solve(const std::atomic<bool>* abort = nullptr);
-  /// Keyframes and landmarks that came after the copy was made move along with the keyframe they share most
-  /// with. Does nothing where the part was merged into another meanwhile.
-  void apply(Map& map) const;
+  /// Brings the result into the map. Keyframes that came after the copy was made keep their place relative to
+  /// the keyframe they share most landmarks with, or else to the one before; landmarks that came after it, or
+  /// are seen only once, move along with the oldest keyframe that sees them. What is gone is left out. Does
+  /// nothing and returns false where there is nothing to apply, the part was merged into another or a loop
+  /// was closed meanwhile: its result is no longer that of the map.
+  bool apply(Map& map) const;
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  PartId part_;
+  Camera camera_;
+  DepthNoiseOptions noise_;
+  BundleOptions options_;
+  std::size_t loops_;
+  MapBundle bundle_;
+  BundleResult result_;
+  bool solved_ = false;
 };
 
 }  // namespace ipl_slam

@@ -10,6 +10,7 @@
 #include <ceres/ceres.h>
 
 #include "geometry/robust.hpp"
+#include "mapping/abort_callback.hpp"
 #include "mapping/bundle_adjustment_costs.hpp"
 #include "mapping/bundle_adjustment_lines.hpp"
 
@@ -23,20 +24,6 @@ constexpr int kMostDensePoses = 60;
 // A step that gains less than this share of the cost is the last of its phase. While outliers still pull, the
 // exact minimum is not worth its steps.
 constexpr double kRobustGain = 1e-3, kFinalGain = 1e-6;
-
-class AbortCallback final : public ceres::IterationCallback {
- public:
-  explicit AbortCallback(const std::atomic<bool>* abort) : abort_(abort) {}
-  [[nodiscard]] bool raised() const { return abort_ && abort_->load(std::memory_order_relaxed); }
-
-  // Ceres hands back the best state only after a "successful" end.
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return raised() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  const std::atomic<bool>* abort_;
-};
 
 void check_indices(const BundleProblem& problem) {
   bool right = true;

@@ -4,24 +4,9 @@
 #include <set>
 
 #include "geometry/robust.hpp"
+#include "mapping/seen_landmarks.hpp"
 
 namespace ipl_slam {
-namespace {
-
-std::vector<PointId> points_seen_by(const Map& map, const std::set<KeyframeId>& keyframes) {
-  std::vector<PointId> points;
-  for (const KeyframeId id : keyframes) {
-    for (const PointId point : map.keyframes()[id].points) {
-      if (point.valid()) points.push_back(point);
-    }
-  }
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  return points;
-}
-
-}  // namespace
-
 void LandmarkFusion::fuse_around(Map& map, KeyframeId id) const {
   std::set<KeyframeId> neighbours;
   const std::vector<Covisible> first = map.covisible(id);
@@ -36,10 +21,11 @@ void LandmarkFusion::fuse_around(Map& map, KeyframeId id) const {
   neighbours.erase(id);
 
   for (const KeyframeId neighbour : neighbours) {
-    const std::vector<PointId> own = points_seen_by(map, {id});  // fusion may have changed them
+    const std::vector<PointId> own =
+        seen_landmarks(map, {id}, &Keyframe::points);  // fusion may have changed them
     fuse_into(map, neighbour, own);
   }
-  fuse_into(map, id, points_seen_by(map, neighbours));
+  fuse_into(map, id, seen_landmarks(map, neighbours, &Keyframe::points));
 }
 
 void LandmarkFusion::fuse_into(Map& map, KeyframeId target, std::span<const PointId> candidates) const {

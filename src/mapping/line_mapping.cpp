@@ -38,6 +38,11 @@ void LineMapping::associate(Map& map, KeyframeId id, const std::vector<SeenLine>
     const LineId line = map.resolve(seen.line);
     if (line.valid()) candidates.insert(line);
   }
+  observe(map, id, candidates);
+}
+
+// Finds lines among the segments of a keyframe.
+void LineMapping::observe(Map& map, KeyframeId id, const std::set<LineId>& candidates) const {
   const SE3 T_cw = map.keyframes()[id].T_cw;
   const LineFeatures& features = *map.keyframes()[id].line_features;
   std::vector<ProjectedSegment> projected;
@@ -82,21 +87,34 @@ std::vector<LineId> LineMapping::create(Map& map, KeyframeId id) const {
 }
 
 void LineMapping::fuse(Map& map, KeyframeId id) const {
-  std::set<LineId> around = lines_around(map, id);
+  join_same_edges(map, id, lines_around(map, id));
+}
+
+void LineMapping::fuse_into(Map& map, KeyframeId target, std::span<const LineId> candidates) const {
+  const std::set<LineId> lines(candidates.begin(), candidates.end());
+  observe(map, target, lines);
+  join_same_edges(map, target, lines);
+}
+
+void LineMapping::join(Map& map, LineId kept, LineId gone) const {
+  map.fuse(kept, gone);
+  const Line& both = map.lines()[kept];
+  if (const auto extent = observed_extent(map, camera_, noise_, both.line, both.observations))
+    map.set_line(kept, both.line, extent->first, extent->second);
+}
+
+// Joins lines of the keyframe with those of `others` that are the same edge.
+void LineMapping::join_same_edges(Map& map, KeyframeId id, const std::set<LineId>& others) const {
   const std::vector<LineId> own = map.keyframes()[id].lines;
   for (const LineId slot : own) {
     LineId line = map.resolve(slot);
     if (!line.valid()) continue;
-    for (const LineId other_id : around) {
+    for (const LineId other_id : others) {
       const LineId other = map.resolve(other_id);
       if (!other.valid() || other == line || !same_edge(map, line, other)) continue;
       const bool keep_other = map.lines()[other].observations.size() > map.lines()[line].observations.size();
-      const LineId kept = keep_other ? other : line, gone = keep_other ? line : other;
-      map.fuse(kept, gone);
-      const Line& both = map.lines()[kept];
-      if (const auto extent = observed_extent(map, camera_, noise_, both.line, both.observations)) {
-        map.set_line(kept, both.line, extent->first, extent->second);
-      }
+      const LineId kept = keep_other ? other : line;
+      join(map, kept, keep_other ? line : other);
       line = kept;
     }
   }

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -48,8 +49,15 @@ class LineMapping {
   std::vector<LineId> create(Map& map, KeyframeId id) const;
   /// Joins lines of the keyframe with others around it that are the same edge.
   void fuse(Map& map, KeyframeId id) const;
+  /// Looks for given lines in a keyframe: a segment that shows one sees it from now on, and a line of the
+  /// keyframe that is the same edge becomes one with it.
+  void fuse_into(Map& map, KeyframeId target, std::span<const LineId> candidates) const;
+  /// Makes two lines one that runs along `kept`, as far as either was seen.
+  void join(Map& map, LineId kept, LineId gone) const;
 
  private:
+  void observe(Map& map, KeyframeId id, const std::set<LineId>& candidates) const;
+  void join_same_edges(Map& map, KeyframeId id, const std::set<LineId>& others) const;
   [[nodiscard]] bool agrees(const Line3& line_c, const LineSegment& segment) const;
   [[nodiscard]] bool same_edge(const Map& map, LineId a, LineId b) const;
   [[nodiscard]] std::optional<double> image_distance(const SE3& T_cw, const Line& line,

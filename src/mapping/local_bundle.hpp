@@ -1,9 +1,11 @@
 #pragma once
 
 #include <atomic>
+#include <set>
 
 #include "map/map.hpp"
 #include "mapping/bundle_adjustment.hpp"
+#include "mapping/map_bundle.hpp"
 
 namespace ipl_slam {
 
@@ -14,6 +16,8 @@ struct LocalBundleOptions {
   double line_sigma = 1.0;
   double line_depth_sigma = 0.01;
   BundleOptions solver;
+
+  [[nodiscard]] LineNoise line_noise() const { return {line_sigma, line_depth_sigma}; }
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -31,6 +35,15 @@ struct LocalBundleOptions {
     v.section("solver", solver, "bundle adjustment");
   }
 };
+
+/// A keyframe and those that share most landmarks with it, at least `min_shared`; at most `limit` in all.
+[[nodiscard]] std::set<KeyframeId> keyframes_around(const Map& map, KeyframeId centre, int limit,
+                                                    int min_shared);
+
+/// Of the other keyframes that see landmarks of `free`, those that see most of them; at most `limit`.
+/// `among`, if not null, says which may be taken.
+[[nodiscard]] std::set<KeyframeId> holding_keyframes(const Map& map, const std::set<KeyframeId>& free,
+                                                     int limit, const std::set<KeyframeId>* among = nullptr);
 
 /// Optimises the newest keyframe, those that share most landmarks with it, and the landmarks they see;
 /// keyframes outside that also see them stay fixed. Observations that end as outliers leave the map,
