@@ -21,7 +21,7 @@ struct PlaceVerifierOptions {
   double wide_radius = 24.0;
   double narrow_radius = 4.0;
   int min_inliers = 40;
-  double min_found_share = 0.35;
+  double min_found_share = 0.45;
   int min_observations = 2;
   double hiding_distance = 20.0;
   double hiding_gate = 0.1;
