@@ -18,17 +18,17 @@ struct PlaceVerifierOptions {
   int min_matches = 8;
   double ransac_threshold = 4.0;
   int ransac_iterations = 1000;
-  double wide_radius = 12.0;
+  double wide_radius = 24.0;
   double narrow_radius = 4.0;
   int min_inliers = 40;
-  double min_found_share = 0.25;
-  int min_observations = 3;
+  double min_found_share = 0.45;
+  int min_observations = 2;
   double hiding_distance = 20.0;
   double hiding_gate = 0.1;
   int min_cells = 4;
   double max_deviation = 0.05;
   int min_confirming_inliers = 25;
-  MatchOptions match{.ratio = 0.9};
+  MatchOptions match{.ratio = 0.95};
   GuidedSearchOptions search = {};
 
   template <class Visitor>
@@ -46,7 +46,9 @@ struct PlaceVerifierOptions {
     v.number("narrow_radius", narrow_radius, {1.0, 100.0, "px", "the same of the last search"});
     v.number("min_inliers", min_inliers, {6, 10000, "count", "points that must agree on one pose"});
     v.number("min_found_share", min_found_share,
-             {0.0, 1.0, "share", "of the points that the pose lets expect, those that must be found"});
+             {0.0, 1.0, "share",
+              "points found over those the pose lets expect; each counts as often as it was found while it "
+              "was mapped"});
     v.number("min_observations", min_observations,
              {1, 100, "count", "keyframes that see a point which is to be expected"});
     v.number(
@@ -76,7 +78,7 @@ struct PlaceMatch {
   std::vector<LineId> lines;    ///< per segment, the same
   int inliers = 0;              ///< points that agree with the pose
   int line_inliers = 0;
-  double found_share = 0.0;  ///< of the landmarks that the pose lets expect, those that were found
+  double found_share = 0.0;  ///< found points over those that the pose lets expect, at most 1
   int cells = 0;             ///< of the image that hold inliers
   double deviation = 0.0;    ///< of the pose in its least certain direction, m or rad
 };
@@ -84,8 +86,9 @@ struct PlaceMatch {
 /// Decides whether a view shows the place of a keyframe, and from where: descriptor matches with the
 /// landmarks that keyframe sees, a first pose from them by RANSAC (absolute_pose.hpp), then a guided search
 /// for all points and lines around and the pose they agree on. Many inliers are no proof: a poster that hangs
-/// in two rooms gives them in both. So most of what the pose lets expect must be there too, all over the
-/// image.
+/// in two rooms gives them in both. So enough of what the pose lets expect must be there too, all over the
+/// image. Where all things come again, as doors and lamps along a corridor do, no single comparison can tell:
+/// the true place gives more inliers than its doubles, so candidates are to be compared with each other.
 class PlaceVerifier {
  public:
   /// Its samples depend on the view's frame index, the keyframe's id and `seed`.
@@ -96,8 +99,8 @@ class PlaceVerifier {
   /// Nothing where too little agrees, or too much of what the pose lets expect is not there.
   [[nodiscard]] std::optional<PlaceMatch> verify(const Map& map, const PlaceView& view,
                                                  KeyframeId candidate) const;
-  /// Whether a further keyframe, placed at T_cw in the world of the candidate's part by what was found for
-  /// another one, sees the candidate's place as well.
+  /// Whether a further view, placed at T_cw in the world of the candidate's part by what was found for
+  /// another one, sees the candidate's place as well: search and decision as in verify, without a first pose.
   [[nodiscard]] bool confirms(const Map& map, const PlaceView& further, const SE3& T_cw,
                               KeyframeId candidate) const;
 
