@@ -35,7 +35,7 @@ Map make_map(std::size_t n) {
   Random random(1);
   const double radius = 0.15 * static_cast<double>(n) / (2.0 * std::numbers::pi);
   const double view = 640.0 / 525.0 * 3.0;  // metres of wall in an image
-  const auto count = static_cast<std::size_t>(1000.0 * static_cast<double>(n) * 0.15 / view);
+  const auto count = static_cast<std::size_t>(2000.0 * static_cast<double>(n) * 0.15 / view);
   std::vector<std::vector<std::pair<std::size_t, Keypoint>>> seen(n);
   std::vector<Eigen::Vector3d> points;
   for (std::size_t p = 0; p < count; ++p) {
