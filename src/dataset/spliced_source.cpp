@@ -31,8 +31,9 @@ std::vector<SourceItem> read(RgbdSource& source, std::size_t number,
 }
 
 void cover(RgbdFrame& frame) {
-  frame.color = cv::Mat::zeros(frame.color.size(), frame.color.type());
-  frame.depth = cv::Mat::zeros(frame.depth.size(), frame.depth.type());
+  // New images: assigning zeros to the old ones would blacken those of other frames that share their pixels.
+  frame.color = cv::Mat(frame.color.size(), frame.color.type(), cv::Scalar::all(0));
+  frame.depth = cv::Mat(frame.depth.size(), frame.depth.type(), cv::Scalar::all(0));
 }
 
 }  // namespace

@@ -31,14 +31,15 @@ CameraSite site() {
   site.eye_height = 1.45;
   site.loop = LoopPath(
       {{-h.x() + kPeriod, -h.y()}, {h.x(), -h.y()}, {h.x(), h.y()}, {-h.x(), h.y()}, {-h.x(), -h.y()}});
-  for (const Vector2d& place : std::vector<Vector2d>{{-1.5, -h.y()},
+  // Before doors: between them things may stand in the way.
+  for (const Vector2d& place : std::vector<Vector2d>{{-3, -h.y()},
                                                      {6, -h.y()},
-                                                     {h.x(), 0},
+                                                     {h.x(), 1.5},
                                                      {6, h.y()},
                                                      {0, h.y()},
                                                      {-6, h.y()},
                                                      {-h.x(), 1.5},
-                                                     {-h.x(), -2.5}}) {
+                                                     {-h.x(), -1.5}}) {
     site.crossings.push_back({site.loop.nearest_time(place), kCrossingReach});
   }
   site.free_min = {-h.x() - 0.5, -h.y() - 0.5, 1.2};

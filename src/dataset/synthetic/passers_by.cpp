@@ -10,12 +10,11 @@ namespace {
 using Eigen::Vector2d;
 using std::numbers::pi;
 
-constexpr double kLead = 3.6;         // s, of the one who walks ahead
-constexpr double kWeave = 0.15;       // m to either side
-constexpr double kWeaveRate = 0.8;    // radians/s
-constexpr double kCrossBefore = 2.0;  // s, before the camera is there
-constexpr double kCrossSpeed = 0.95;  // m/s in the middle
-constexpr double kTurnWidth = 0.3;    // half width of the narrow ellipse on which one turns round, m
+constexpr double kWeave = 0.15;     // m to either side
+constexpr double kWeaveRate = 0.8;  // radians/s
+constexpr double kCrossRate = 0.8;  // radians/s on the way to and fro: about 1 m/s in the middle of a room
+constexpr double kLead = pi / kCrossRate;  // s, of the one ahead, whom people let pass at their other end
+constexpr double kTurnWidth = 0.3;         // half width of the narrow ellipse on which one turns round, m
 
 Vector2d left_of(const Vector2d& ahead) {
   return {-ahead.y(), ahead.x()};
@@ -31,8 +30,9 @@ Vector2d place_ahead(const LoopPath& loop, double time) {
 Vector2d crossing_place(const LoopPath& loop, const Crossing& crossing, double time) {
   const Vector2d ahead = loop.direction(crossing.time);
   // Half a round on the ellipse is left over after a lap: the next time it is crossed the other way.
-  const double rounds = std::round(kCrossSpeed / crossing.reach * loop.lap_time() / (2 * pi)) + 0.5;
-  const double angle = 2 * pi * rounds * (time - crossing.time + kCrossBefore) / loop.lap_time();
+  const double rounds = std::round(kCrossRate * loop.lap_time() / (2 * pi)) + 0.5;
+  // At the far end when the camera comes: a quarter round before, one crossed in front of it.
+  const double angle = pi / 2 + 2 * pi * rounds * (time - crossing.time) / loop.lap_time();
   return loop.position(crossing.time) + crossing.reach * std::sin(angle) * left_of(ahead) +
          kTurnWidth * std::cos(angle) * ahead;
 }
