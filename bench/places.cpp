@@ -20,10 +20,10 @@ constexpr std::uint32_t kKeyframes = 1000;
 constexpr std::uint32_t kViewsPerPlace = 10;
 constexpr std::size_t kFeatures = 1000;
 constexpr int kRendered = 24;
-// Share of the bits taken from another corner. Two corners differ in about 45 % of the bits, so a third makes
-// the 15 % by which sights of one corner differ, and three quarters another corner with bits as skewed and as
-// correlated as those of real ones.
-constexpr double kSameCorner = 0.33, kOtherCorner = 0.75;
+// Share of the bits taken from another corner. Two corners differ in about 45 % of the bits, so a sixth puts
+// each sight of a corner 7.5 % off it and two sights some 14 % apart; three quarters make another corner with
+// bits as skewed and as correlated as those of real ones.
+constexpr double kSameCorner = 0.167, kOtherCorner = 0.75;
 constexpr double kLost = 0.4;  // share of the corners not found again from view to view
 
 std::vector<Picture> rendered_pictures() {
