@@ -24,6 +24,7 @@
 #include "evaluation/view_overlap.hpp"
 #include "features/orb_extractor.hpp"
 #include "loop/place_index.hpp"
+#include "loop/place_verifier.hpp"
 #include "output.hpp"
 #include "segmentation/class_role.hpp"
 #include "segmentation/make_segmenter.hpp"
@@ -57,32 +58,45 @@ struct View {
   std::size_t sequence = 0;
   double timestamp = 0.0;
   DepthView depth;
-  std::vector<Descriptor> descriptors;  // of what does not move by itself
+  std::shared_ptr<const Frame> frame;
+  FeatureTrust trust;                   // 0 for what may move by itself
+  std::vector<Descriptor> descriptors;  // of the others
 };
 
 struct SequenceViews {
   std::string name;
   Camera camera;
+  Config config;
   std::vector<View> views;
 };
 
 enum class Relation { same, different, unclear };
 
+// An answer that was checked by geometry.
+struct Verified {
+  int inliers = 0;
+  double error = 0.0;  // of the position, m
+  Relation relation = Relation::unclear;
+};
+
 // What is known of one query.
 struct Query {
   std::vector<PlaceCandidate> candidates;
   std::vector<Relation> relations;  // of the candidates
+  std::optional<Verified> verified;
   bool has_positive = false, has_negative = false;
   double milliseconds = 0.0;
 
-  [[nodiscard]] RetrievalOutcome outcome() const {
-    RetrievalOutcome outcome{has_positive, {}, false};
+  [[nodiscard]] RetrievalOutcome retrieval() const {
     const auto answer = std::find_if(relations.begin(), relations.end(),
                                      [](Relation relation) { return relation != Relation::unclear; });
-    if (answer == relations.end()) return outcome;
-    outcome.score = candidates[static_cast<std::size_t>(answer - relations.begin())].score;
-    outcome.correct = *answer == Relation::same;
-    return outcome;
+    if (answer == relations.end()) return {has_positive, {}, false};
+    const auto rank = static_cast<std::size_t>(answer - relations.begin());
+    return {has_positive, candidates[rank].score, *answer == Relation::same};
+  }
+  [[nodiscard]] RetrievalOutcome verification() const {
+    if (!verified) return {has_positive, {}, false};
+    return {has_positive, verified->inliers, verified->relation == Relation::same};
   }
   [[nodiscard]] bool found_within(std::size_t k) const {
     const auto end = relations.begin() + static_cast<std::ptrdiff_t>(std::min(k, relations.size()));
@@ -104,14 +118,18 @@ BitMask moving_in(const RgbdFrame& frame, Segmenter* segmenter) {
   return moving;
 }
 
-std::vector<Descriptor> static_descriptors(const Features& features, const BitMask& moving) {
-  std::vector<Descriptor> descriptors;
+View make_view(std::size_t sequence, const RgbdFrame& image, Features features, const BitMask& moving,
+               DepthView depth) {
+  View view{sequence, image.timestamp, std::move(depth), {}, {}, {}};
   for (std::size_t i = 0; i < features.size(); ++i) {
-    if (!covers(moving, features.keypoints[i].pixel.cast<double>())) {
-      descriptors.push_back(features.descriptors[i]);
-    }
+    const bool moves = covers(moving, features.keypoints[i].pixel.cast<double>());
+    view.trust.weights.push_back(moves ? 0.0 : 1.0);
+    if (!moves) view.descriptors.push_back(features.descriptors[i]);
   }
-  return descriptors;
+  view.trust.regions.resize(features.size());
+  const FeatureGrid grid(features);
+  view.frame = std::make_shared<const Frame>(Frame{image.index, image.timestamp, std::move(features), grid});
+  return view;
 }
 
 // Poses at the times of the frames, where there is one.
@@ -149,7 +167,7 @@ SequenceViews read_views(const BenchPlacesOptions& options, const fs::path& fold
   settings.folder = folder;
   Config config = settings.load_config();
   masks_of(options.segmenter, folder).apply(config);
-  SequenceViews sequence{folder.lexically_normal().string(), settings.load_camera(), {}};
+  SequenceViews sequence{folder.lexically_normal().string(), settings.load_camera(), config, {}};
   auto dataset = std::make_unique<TumDataset>(folder, sequence.camera);
   const std::optional<Trajectory> truth = read_ground_truth(*dataset);
   if (!truth) {
@@ -173,9 +191,8 @@ SequenceViews read_views(const BenchPlacesOptions& options, const fs::path& fold
     const BitMask moving = moving_in(frame, segmenter.get());
     const std::optional<SE3> T_wc = poses.at(frame.timestamp);
     if (!T_wc) continue;
-    sequence.views.push_back({number, frame.timestamp,
-                              make_depth_view(frame.depth, *T_wc, sequence.camera, moving),
-                              static_descriptors(extractor.extract(frame.color, frame.depth), moving)});
+    sequence.views.push_back(make_view(number, frame, extractor.extract(frame.color, frame.depth), moving,
+                                       make_depth_view(frame.depth, *T_wc, sequence.camera, moving)));
   }
   return sequence;
 }
@@ -193,6 +210,60 @@ Relation relation_of(const View& a, const View& b, const Camera& camera) {
   return relation;
 }
 
+// A map of the views at their true poses, in which candidates are verified. Keyframes get the ids 0, 1, ...
+class TrueMap {
+ public:
+  explicit TrueMap(const Config& config) : map_(ScalePyramid(config.orb.levels, config.orb.scale_factor)) {}
+
+  // What the frame before it saw is observed again where it shows; every other keypoint with depth is a new
+  // point.
+  void add(const View& view, const SequenceViews& sequence, bool first_of_sequence) {
+    const SE3 T_cw = view.depth.T_wc.inverse();
+    const KeyframeId before = map_.newest_keyframe();
+    std::vector<PointId> points(view.frame->features.size());
+    if (!first_of_sequence) {
+      const GuidedSearch search(sequence.camera, map_.pyramid(), sequence.config.depth, {},
+                                sequence.config.tracking.pose);
+      constexpr double radius = 4.0;  // pixels; the poses are good to one or two
+      points = search.place(map_, {*view.frame, view.trust}, landmarks_around(map_, before, 0), T_cw, radius)
+                   .points;
+    }
+    const PartId part = first_of_sequence ? map_.new_part() : map_.part_of(before);
+    const KeyframeId id = map_.add_keyframe(view.frame, T_cw, nullptr, view.trust, {}, part);
+    for (std::uint32_t k = 0; k < points.size(); ++k) {
+      const Keypoint& keypoint = view.frame->features.keypoints[k];
+      if (view.trust.weight(k) <= 0.0) continue;
+      if (points[k].valid()) {
+        map_.add_observation(points[k], id, k);
+        map_.refresh(points[k]);
+      } else if (keypoint.depth > 0.0F) {
+        const Eigen::Vector3d p_c =
+            sequence.camera.unproject(keypoint.undistorted.cast<double>(), keypoint.depth);
+        map_.refresh(map_.add_point(view.depth.T_wc * p_c, id, k));
+      }
+    }
+  }
+
+  // The first candidate that geometry accepts, those left out that are neither right nor wrong.
+  [[nodiscard]] std::optional<Verified> verify(const View& view, const SequenceViews& sequence,
+                                               const Query& query) const {
+    const PlaceVerifier verifier(sequence.camera, map_.pyramid(), sequence.config.depth, {},
+                                 sequence.config.tracking.pose);
+    for (std::size_t i = 0; i < query.candidates.size(); ++i) {
+      if (query.relations[i] == Relation::unclear) continue;
+      const auto match = verifier.verify(map_, {*view.frame, view.trust}, query.candidates[i].keyframe);
+      if (!match) continue;
+      const SE3 T_wc = match->T_cw.inverse();
+      return Verified{match->inliers, (T_wc.translation() - view.depth.T_wc.translation()).norm(),
+                      query.relations[i]};
+    }
+    return std::nullopt;
+  }
+
+ private:
+  Map map_;
+};
+
 // Asks for each view among those before it, then adds it.
 std::vector<Query> ask(const BenchPlacesOptions& options, const std::vector<SequenceViews>& sequences) {
   std::size_t total = 0;
@@ -202,9 +273,11 @@ std::vector<Query> ask(const BenchPlacesOptions& options, const std::vector<Sequ
   std::vector<Query> queries;
   std::vector<const View*> added;  // by keyframe id
   std::optional<PlaceIndex> index;
+  std::optional<TrueMap> map;
   for (const SequenceViews& sequence : sequences) {
     if (!index || !options.together) {
       index.emplace(options.index);
+      map.emplace(sequence.config);
       added.clear();
     }
     for (const View& view : sequence.views) {
@@ -226,8 +299,10 @@ std::vector<Query> ask(const BenchPlacesOptions& options, const std::vector<Sequ
         query.has_negative |= relations[i] == Relation::different;
       }
       for (const PlaceCandidate& c : query.candidates) query.relations.push_back(relations[c.keyframe.value]);
+      query.verified = map->verify(view, sequence, query);
       if (query.has_positive || query.has_negative) queries.push_back(std::move(query));
       index->add(KeyframeId{static_cast<std::uint32_t>(added.size())}, view.descriptors);
+      map->add(view, sequence, &view == &sequence.views.front());
       added.push_back(&view);
     }
   }
@@ -273,20 +348,23 @@ void bench_places(BenchPlacesOptions options) {
     exit_code() = kInterrupted;
     return;
   }
-  std::vector<RetrievalOutcome> outcomes;
-  std::vector<double> times;
+  std::vector<RetrievalOutcome> retrieved, verified;
+  std::vector<double> times, errors;
   for (const Query& query : queries) {
-    outcomes.push_back(query.outcome());
+    retrieved.push_back(query.retrieval());
+    verified.push_back(query.verification());
     times.push_back(query.milliseconds);
+    if (verified.back().correct) errors.push_back(query.verified->error);
   }
-  const std::vector<NamedCurve> curves = {{"retrieval", precision_recall(outcomes)}};
-  if (curves.front().points.empty()) {
+  const std::vector<NamedCurve> curves = {{"retrieval", precision_recall(retrieved)},
+                                          {"retrieval and verification", precision_recall(verified)}};
+  const auto findable =
+      std::count_if(queries.begin(), queries.end(), [](const Query& query) { return query.has_positive; });
+  if (findable == 0) {
     throw UserError(
         fmt::format("no place is seen twice more than {:g} s apart; try a smaller --gap", options.gap));
   }
-  const auto findable = std::count_if(outcomes.begin(), outcomes.end(),
-                                      [](const RetrievalOutcome& o) { return o.has_positive; });
-  const Statistics time = run_statistics(times);
+  const Statistics time = run_statistics(times), error = error_statistics(errors);
   Json json = {
       {"version", kVersion}, {"gap", options.gap}, {"every", options.every}, {"together", options.together}};
   for (const SequenceViews& s : sequences) {
@@ -295,6 +373,8 @@ void bench_places(BenchPlacesOptions options) {
   json["settings"] = options_json(option_table(options.index));
   json["queries"] = queries.size();
   json["queries_with_positive"] = findable;
+  json["lookup_ms"] = {{"median", time.median}, {"max", time.max}};
+  json["position_error_m"] = {{"median", error.median}, {"max", error.max}};
   for (const std::size_t k : {1, 5, 10}) json[fmt::format("recall_at_{}", k)] = recall_within(queries, k);
   for (const NamedCurve& curve : curves) json["curves"].push_back(curve_json(curve));
   write_file_atomically(options.output / "places.json", json_text(json));
@@ -310,6 +390,8 @@ void bench_places(BenchPlacesOptions options) {
     fmt::print("  {}: recall {:.3f} at precision 1, average precision {:.3f}\n", curve.name,
                recall_at_full_precision(curve.points), average_precision(curve.points));
   }
+  fmt::print("  verified places: position off by {:.3f} m (median; largest {:.3f})\n", error.median,
+             error.max);
 }
 
 }  // namespace

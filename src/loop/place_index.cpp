@@ -10,7 +10,7 @@
 namespace ipl_slam {
 namespace {
 
-constexpr std::size_t kEntriesPerBucket = 2;  // on average
+constexpr std::size_t kEntriesPerBucket = 3;  // on average
 constexpr std::size_t kKeyLength = 32;        // bits, more than there can be buckets for
 
 // Keys are chosen by so many descriptors, those of the first few keyframes: four times as many choose hardly
@@ -181,7 +181,8 @@ void PlaceIndex::vote(std::span<const Descriptor> group, Votes& votes) const {
   }
   std::array<double, kGroup> weight{};
   for (std::size_t i = 0; i < group.size(); ++i) {
-    weight[i] = std::log1p(static_cast<double>(votes.eligible_count) / std::max(found[i], 1));
+    const double idf = std::log((1.0 + static_cast<double>(votes.eligible_count)) / std::max(found[i], 1));
+    weight[i] = idf * idf;
     votes.total += weight[i];
   }
   for (const Match& match : matches) {

@@ -17,8 +17,8 @@ namespace ipl_slam {
 
 struct PlaceIndexOptions {
   int max_candidates = 10;
-  int max_distance = 50;
-  int max_bucket = 32;
+  int max_distance = 40;
+  int max_bucket = 256;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -46,10 +46,11 @@ struct PlaceCandidate {
 /// 20 % of the bits, so they are likely to agree on the bits of at least one table; what shares a bucket with
 /// the query's descriptor is then compared in full. The tables grow with the number of descriptors, bucket by
 /// bucket (linear hashing: Litwin, VLDB 1980), by one more bit of the key: there is never a pause for
-/// rehashing. A descriptor takes up 64 bytes, its places in the tables some 20 more.
+/// rehashing. A descriptor takes up 64 bytes, one cache line, its places in the tables some 9 to 19 more.
 ///
-/// A feature of the query that is found in n of the N keyframes counts log(1 + N / n) for each of them
-/// (inverse document frequency: Sivic and Zisserman, "Video Google", ICCV 2003).
+/// A feature of the query that is found in n of the N eligible keyframes counts log((1 + N) / n)^2 for each
+/// of them (inverse document frequency, once for the query and once for the keyframe: Sivic and Zisserman,
+/// "Video Google", ICCV 2003).
 class PlaceIndex {
  public:
   explicit PlaceIndex(const PlaceIndexOptions& options);
