@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <optional>
 #include <string>
 
@@ -70,15 +69,21 @@ Trajectory read_trajectory(const std::filesystem::path& file, std::size_t* rejec
   return trajectory;
 }
 
-void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {
+std::string pose_text(const StampedPose& pose) {
+  const Eigen::Vector3d& t = pose.T_wc.translation();
+  const Eigen::Quaterniond& q = pose.T_wc.rotation();
+  return fmt::format("{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n", pose.timestamp, t.x(),
+                     t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+}
+
+std::string trajectory_text(const Trajectory& trajectory) {
   std::string text = "# timestamp tx ty tz qx qy qz qw (camera to world, s, m)\n";
-  for (const StampedPose& pose : trajectory) {
-    const Eigen::Vector3d& t = pose.T_wc.translation();
-    const Eigen::Quaterniond& q = pose.T_wc.rotation();
-    fmt::format_to(std::back_inserter(text), "{:.6f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f} {:.9f}\n",
-                   pose.timestamp, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
-  }
-  write_file_atomically(file, text);
+  for (const StampedPose& pose : trajectory) text += pose_text(pose);
+  return text;
+}
+
+void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {
+  write_file_atomically(file, trajectory_text(trajectory));
 }
 
 }  // namespace ipl_slam
