@@ -30,6 +30,7 @@ constexpr const char* kFooter = R"(Examples:
   ipl_slam segment rgbd_dataset_freiburg3_walking_xyz --model yolov8n-seg.onnx -o out/who
   ipl_slam synth out/room && ipl_slam run out/room -o out/run
   ipl_slam eval groundtruth.txt out/desk/trajectory.txt  accuracy against ground truth
+  ipl_slam map export office.map -o out/office           a saved map as TUM, PLY, JSON and PNG
   ipl_slam config > settings.yaml                        every setting, with its meaning
 
 `ipl_slam VERB --help` lists the options of a verb.
@@ -118,6 +119,7 @@ int run(int argc, char** argv) {
   add_run_verb(app);
   add_segment_verb(app);
   add_eval_verb(app);
+  add_map_verb(app);
   add_synth_verb(app);
   add_config_verb(app);
   add_bench_verb(app);

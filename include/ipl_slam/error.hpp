@@ -1,6 +1,7 @@
 #pragma once
 
 #include <stdexcept>
+#include <string>
 
 #include <ipl_slam/export.hpp>
 
@@ -11,7 +12,16 @@ namespace ipl_slam {
 /// thrown is a bug.
 class IPL_SLAM_API UserError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit UserError(const std::string& message) : std::runtime_error(one_line(message)) {}
+
+ private:
+  // Messages quote files, which may hold line ends and codes that a terminal would obey.
+  static std::string one_line(std::string message) {
+    for (char& c : message) {
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
+    }
+    return message;
+  }
 };
 
 }  // namespace ipl_slam

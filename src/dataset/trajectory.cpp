@@ -1,8 +1,8 @@
 #include "dataset/trajectory.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <optional>
 #include <string>
 
@@ -70,11 +70,22 @@ Trajectory read_trajectory(const std::filesystem::path& file, std::size_t* rejec
   return trajectory;
 }
 
-void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {
-  write_trajectory(file, std::vector<TrajectoryPart>{{PartId{0}, trajectory}});
+void TrajectoryParts::add(PartId part, const StampedPose& pose) {
+  parts_[part].part = part;
+  parts_[part].poses.push_back(pose);
 }
 
-void write_trajectory(const std::filesystem::path& file, const std::vector<TrajectoryPart>& parts) {
+std::vector<TrajectoryPart> TrajectoryParts::longest_first() const {
+  std::vector<TrajectoryPart> sorted;
+  for (const auto& [part, list] : parts_) sorted.push_back(list);
+  std::stable_sort(sorted.begin(), sorted.end(), [](const TrajectoryPart& a, const TrajectoryPart& b) {
+    return a.poses.size() > b.poses.size();
+  });
+  if (sorted.empty()) sorted.emplace_back();
+  return sorted;
+}
+
+std::string trajectory_text(const std::vector<TrajectoryPart>& parts) {
   std::string text = "# timestamp tx ty tz qx qy qz qw (camera to world, s, m)\n";
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::string mark = i == 0 ? "" : fmt::format("# part {}: ", parts[i].part.value);
@@ -85,7 +96,15 @@ void write_trajectory(const std::filesystem::path& file, const std::vector<Traje
                      mark, pose.timestamp, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
     }
   }
-  write_file_atomically(file, text);
+  return text;
+}
+
+void write_trajectory(const std::filesystem::path& file, const std::vector<TrajectoryPart>& parts) {
+  write_file_atomically(file, trajectory_text(parts));
+}
+
+void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {
+  write_trajectory(file, std::vector<TrajectoryPart>{{PartId{}, trajectory}});
 }
 
 }  // namespace ipl_slam

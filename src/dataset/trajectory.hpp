@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "common/ids.hpp"
@@ -23,6 +25,17 @@ struct TrajectoryPart {
   Trajectory poses;
 };
 
+/// Sorts poses by the part they belong to.
+class TrajectoryParts {
+ public:
+  void add(PartId part, const StampedPose& pose);
+  /// The longest list first, among equals that of the older part; one empty list where there is no pose.
+  [[nodiscard]] std::vector<TrajectoryPart> longest_first() const;
+
+ private:
+  std::map<PartId, TrajectoryPart> parts_;
+};
+
 /// Reads a TUM trajectory file: lines "timestamp tx ty tz qx qy qz qw", '#' comments. Lines with NaN,
 /// infinities or a zero quaternion are left out and counted in `rejected` (may be null). Duplicate and
 /// backward timestamps likewise. Throws UserError (file, line, mend) when the file cannot be read, a line
@@ -34,6 +47,7 @@ struct TrajectoryPart {
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory);
 /// The same of several parts. The first one's poses are the file's; those of the others follow as comments
 /// "# part 2: timestamp tx ty tz qx qy qz qw": readers of the format see poses of one world only.
+[[nodiscard]] std::string trajectory_text(const std::vector<TrajectoryPart>& parts);
 void write_trajectory(const std::filesystem::path& file, const std::vector<TrajectoryPart>& parts);
 
 }  // namespace ipl_slam

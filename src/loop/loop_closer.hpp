@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/options.hpp"
+#include "loop/loop_correction.hpp"
 #include "loop/place_index.hpp"
 #include "loop/place_verifier.hpp"
 
@@ -26,6 +27,8 @@ struct LoopOptions {
   int pause = 5;
   PlaceIndexOptions index;
   PlaceVerifierOptions verifier;
+  LoopCorrectionOptions correction;
+  BundleOptions global_bundle;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -57,6 +60,8 @@ struct LoopOptions {
     v.number("pause", pause, {0, 1000, "keyframes", "after a loop was closed none is looked for"});
     v.section("index", index, "search for keyframes that look alike");
     v.section("verifier", verifier, "comparison of a view with such a keyframe");
+    v.section("correction", correction, "the map brought in line with a recognised place");
+    v.section("global_bundle", global_bundle, "bundle adjustment of all of the map after a loop was closed");
   }
 };
 

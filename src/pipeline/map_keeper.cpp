@@ -1,6 +1,6 @@
 #include "pipeline/map_keeper.hpp"
 
-#include <Eigen/Geometry>
+#include <utility>
 
 namespace ipl_slam {
 namespace {
@@ -29,8 +29,8 @@ MapKeeper::MapKeeper(const Camera& camera, const Config& config, std::optional<M
       mapping_(config.mapping),
       map_(loaded ? std::move(*loaded) : Map(pyramid_of(config))),
       mapper_(camera, pyramid_of(config), config.depth, config.mapping),
-      fusion_(camera, pyramid_of(config), config.depth, config.mapping.fusion),
-      line_mapping_(camera, config.depth, config.mapping.lines) {
+      correction_(camera, pyramid_of(config), config.depth, config.mapping, config.loops.correction),
+      global_bundle_(config.loops.global_bundle) {
   if (!config.loops.enabled) return;
   loops_.emplace(camera, pyramid_of(config), config.depth, config.loops, config.tracking.pose,
                  config.schedule.seed);
@@ -52,15 +52,14 @@ void MapKeeper::recognise(KeyframeId id) {
                    .known_index = map_.keyframes()[match->keyframe].frame->index,
                    .inliers = match->inliers};
   if (own == other) {
-    const SE3 correction = match->T_cw * map_.keyframes()[id].T_cw.inverse();
-    event.translation = correction.translation().norm();
-    event.rotation = Eigen::AngleAxisd(correction.rotation()).angle();
-    close_loop(map_, id, *match, fusion_, line_mapping_);
+    const CorrectionEffect effect = correction_.close_loop(map_, id, *match);
+    event.translation = effect.translation;
+    event.rotation = effect.rotation;
     unsettled_ = own;
   } else {
     event.kind = PlaceEvent::Kind::kMerge;
-    merge_parts(map_, id, *match, fusion_, line_mapping_);
-    if (unsettled_ == std::max(own, other)) unsettled_ = std::min(own, other);
+    correction_.merge_parts(map_, id, *match);
+    if (unsettled_.valid()) unsettled_ = map_.keyframes()[id].part;
   }
   events_.push_back(event);
   ++corrections_;
@@ -93,12 +92,13 @@ std::shared_ptr<const LocalMap> MapKeeper::around_newest() const {
 
 GlobalBundle MapKeeper::begin_global_bundle() {
   corrections_at_bundle_ = corrections_;
-  return {map_, std::exchange(unsettled_, PartId{}), camera_, noise_, mapping_.bundle};
+  return {map_,   std::exchange(unsettled_, PartId{}), camera_,
+          noise_, mapping_.bundle.line_noise(),        global_bundle_};
 }
 
 void MapKeeper::apply(const GlobalBundle& bundle) {
   if (corrections_ != corrections_at_bundle_) return;
-  bundle.apply(map_);
+  if (!bundle.apply(map_)) return;
   ++corrections_;
 }
 

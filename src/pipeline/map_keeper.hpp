@@ -9,7 +9,6 @@
 
 #include "loop/global_bundle.hpp"
 #include "loop/loop_closer.hpp"
-#include "loop/loop_correction.hpp"
 #include "map/local_map.hpp"
 #include "mapping/local_mapper.hpp"
 #include "pipeline/config.hpp"
@@ -75,8 +74,8 @@ class MapKeeper {
   Map map_;
   LocalMapper mapper_;
   std::optional<LoopCloser> loops_;  // nothing where places are not to be recognised
-  LandmarkFusion fusion_;
-  LineMapping line_mapping_;
+  LoopCorrection correction_;
+  BundleOptions global_bundle_;
   std::vector<PlaceEvent> events_;
   int corrections_ = 0;
   int corrections_at_bundle_ = 0;  // when the last global bundle adjustment was begun

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <stdexcept>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 #include "common/stopwatch.hpp"
+#include "pipeline/map_export.hpp"
 #include "pipeline/realtime_mapping.hpp"
 
 namespace ipl_slam {
@@ -45,27 +45,6 @@ std::unique_ptr<MappingSchedule> make_mapping(const Camera& camera, const Config
                                      static_cast<std::size_t>(config.schedule.keyframe_queue))
              : make_lockstep_mapping(std::move(keeper), std::move(lines));
 }
-
-// Poses by the part of the map they belong to, the longest list first, among equals the older part.
-class PartLists {
- public:
-  void add(PartId part, const StampedPose& pose) {
-    parts_[part].part = part;
-    parts_[part].poses.push_back(pose);
-  }
-  [[nodiscard]] std::vector<TrajectoryPart> sorted() const {
-    std::vector<TrajectoryPart> sorted;
-    for (const auto& [part, list] : parts_) sorted.push_back(list);
-    std::stable_sort(sorted.begin(), sorted.end(), [](const TrajectoryPart& a, const TrajectoryPart& b) {
-      return a.poses.size() > b.poses.size();
-    });
-    if (sorted.empty()) sorted.emplace_back();
-    return sorted;
-  }
-
- private:
-  std::map<PartId, TrajectoryPart> parts_;
-};
 
 }  // namespace
 
@@ -216,24 +195,20 @@ bool Pipeline::start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat
 }
 
 std::vector<TrajectoryPart> Pipeline::trajectory_parts() const {
-  PartLists lists;
+  TrajectoryParts lists;
   mapping_->read([&](const Map& map, const std::vector<MappingRecord>&) {
     for (const Placed& p : placed_) {
       lists.add(map.part_of(p.reference),
                 {p.timestamp, (p.T_c_reference * map.pose_of(p.reference)).inverse()});
     }
   });
-  return lists.sorted();
+  return lists.longest_first();
 }
 
 std::vector<TrajectoryPart> Pipeline::keyframe_parts() const {
-  PartLists lists;
-  mapping_->read([&](const Map& map, const std::vector<MappingRecord>&) {
-    map.keyframes().for_each([&](KeyframeId, const Keyframe& keyframe) {
-      lists.add(keyframe.part, {keyframe.frame->timestamp, keyframe.T_cw.inverse()});
-    });
-  });
-  std::vector<TrajectoryPart> parts = lists.sorted();
+  std::vector<TrajectoryPart> parts;
+  mapping_->read(
+      [&](const Map& map, const std::vector<MappingRecord>&) { parts = ipl_slam::keyframe_parts(map); });
   std::stable_partition(
       parts.begin(), parts.end(),
       [main = trajectory_parts().front().part](const TrajectoryPart& p) { return p.part == main; });

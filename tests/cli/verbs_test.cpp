@@ -34,7 +34,7 @@ std::string walk(double offset, double start = 0.0) {
 TEST(CliVerbs, NoneOrAnUnknownOneIsExplained) {
   const Finished help = ipl_slam_program({});
   EXPECT_EQ(help.code, 0);
-  for (const char* verb : {"run", "segment", "eval", "synth", "config", "bench"}) {
+  for (const char* verb : {"run", "segment", "eval", "map", "synth", "config", "bench"}) {
     EXPECT_THAT(help.out, HasSubstr(verb));
     const Finished of_verb = ipl_slam_program({verb, "--help"});
     EXPECT_EQ(of_verb.code, 0) << verb;

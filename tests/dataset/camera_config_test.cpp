@@ -134,5 +134,10 @@ TEST(CameraGuess, PrefersTheSequencesOwnFile) {
   EXPECT_EQ(guess_camera(folder / "fr1_desk"), file.string());
 }
 
+TEST_F(CameraFile, ThatHoldsLineEndsWithinAWordIsStillRefusedInOneLine) {
+  const std::string message = failure("? \"two\\nlines \\e[31m\"\n: 1\n");
+  EXPECT_THAT(message, HasSubstr("unknown key 'two?lines ?[31m'"));
+}
+
 }  // namespace
 }  // namespace ipl_slam

@@ -14,5 +14,5 @@ if [ -z "$formatter" ]; then
   echo "skipped: clang-format 14 is not installed"
   exit 77
 fi
-find apps bench examples include src tests \( -name '*.hpp' -o -name '*.cpp' \) -print0 |
+find apps bench examples fuzz include src tests \( -name '*.hpp' -o -name '*.cpp' \) -print0 |
   xargs -0 "$formatter" --dry-run -Werror

@@ -1,0 +1,110 @@
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "common/atomic_file.hpp"
+#include "common/log.hpp"
+#include "map/map_bytes.hpp"
+#include "map/map_file.hpp"
+#include "output.hpp"
+#include "pipeline/lines_ply.hpp"
+#include "pipeline/map_export.hpp"
+#include "pipeline/map_view.hpp"
+#include "verbs.hpp"
+
+namespace ipl_slam::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct InfoArguments {
+  std::string file;
+  bool json = false;
+};
+
+struct ExportArguments {
+  std::string file, output;
+};
+
+void print_summary(const Json& info) {
+  const Json& camera = info["camera"];
+  fmt::print("{}: map of format version {}, {:.1f} MB\n", info["file"].get<std::string>(),
+             info["format_version"].get<std::uint32_t>(), info["bytes"].get<double>() / 1e6);
+  fmt::print("camera      {}, {}x{}, fx {:g} fy {:g} cx {:g} cy {:g}\n", camera["name"].get<std::string>(),
+             camera["width"].get<int>(), camera["height"].get<int>(), camera["fx"].get<double>(),
+             camera["fy"].get<double>(), camera["cx"].get<double>(), camera["cy"].get<double>());
+  for (const auto& [label, key] : {std::pair("keyframes", "keyframes"),
+                                   {"points", "points"},
+                                   {"lines", "lines"},
+                                   {"loop edges", "loop_edges"}}) {
+    fmt::print("{:<11} {}\n", label, info[key].get<std::size_t>());
+  }
+  fmt::print("parts       {}\n", info["parts"].size());
+  for (const Json& part : info["parts"]) {
+    const auto extent = [&](std::size_t axis) {
+      return part["high"][axis].get<double>() - part["low"][axis].get<double>();
+    };
+    const double first = part["first_time"], last = part["last_time"];
+    fmt::print(
+        "  part {}    {} keyframes, {} points, {} lines; {:.1f} x {:.1f} x {:.1f} m (x y z); {:.1f} s from "
+        "{:.3f}\n",
+        part["part"].get<std::uint32_t>(), part["keyframes"].get<std::size_t>(),
+        part["points"].get<std::size_t>(), part["lines"].get<std::size_t>(), extent(0), extent(1), extent(2),
+        last - first, first);
+  }
+}
+
+void print_info(const InfoArguments& arguments) {
+  const SavedMap saved = load_map(arguments.file);
+  Json info{{"file", arguments.file},
+            {"bytes", fs::file_size(arguments.file)},
+            {"format_version", map_format().version}};
+  info.update(map_summary(saved));
+  if (arguments.json) {
+    fmt::print("{}", json_text(info));
+  } else {
+    print_summary(info);
+  }
+}
+
+void export_map(const ExportArguments& arguments) {
+  const SavedMap saved = load_map(arguments.file);
+  const Map& map = saved.map;
+  const fs::path folder = arguments.output;
+  make_folder(folder);
+  const std::vector<TrajectoryPart> keyframes = keyframe_parts(map);
+  write_trajectory(folder / "keyframes.txt", keyframes);
+  write_file_atomically(folder / "points.ply", points_ply(map));
+  write_file_atomically(folder / "lines.ply", lines_ply(map));
+  write_file_atomically(folder / "graph.json", json_text(map_graph(map)));
+  write_image_atomically(folder / "map.png", draw_map_view(map, keyframes.front().poses));
+  log().info("wrote keyframes.txt, points.ply, lines.ply, graph.json and map.png to {}", folder.string());
+}
+
+}  // namespace
+
+void add_map_verb(CLI::App& app) {
+  CLI::App* verb =
+      app.add_subcommand("map", "Look into a saved map, or turn it into files for other programs");
+  verb->require_subcommand(1);
+
+  CLI::App* info = verb->add_subcommand("info", "Say what a map holds");
+  const auto shown = std::make_shared<InfoArguments>();
+  info->add_option("map", shown->file, "Map that was saved")->type_name("FILE")->required();
+  info->add_flag("--json", shown->json, "Print it as JSON");
+  info->callback([shown] { print_info(*shown); });
+
+  CLI::App* exported = verb->add_subcommand(
+      "export", "Write keyframes.txt (TUM), points.ply, lines.ply, graph.json and map.png");
+  const auto arguments = std::make_shared<ExportArguments>();
+  exported->add_option("map", arguments->file, "Map that was saved")->type_name("FILE")->required();
+  exported->add_option("-o,--output", arguments->output, "Folder for the files; made where it is not there")
+      ->type_name("DIR")
+      ->required();
+  exported->callback([arguments] { export_map(*arguments); });
+}
+
+}  // namespace ipl_slam::cli
