@@ -99,7 +99,7 @@ class RealtimeMapping final : public MappingSchedule {
 
   void read(const std::function<void(const Map&, const std::vector<MappingRecord>&)>& fn) const override {
     std::lock_guard lock(map_mutex_);
-    fn(keeper_, records_);
+    fn(keeper_.map(), records_);
   }
 
  private:
