@@ -6,7 +6,6 @@
 #include <mutex>
 #include <thread>
 #include <utility>
-#include <variant>
 
 #include "common/bounded_queue.hpp"
 #include "common/stopwatch.hpp"
@@ -77,8 +76,10 @@ class RealtimeMapping final : public MappingSchedule {
   }
 
   // A search under way, or one that waits for the mapper, is enough: the next lost frame asks again.
-  void find_place(const TrackedFrame& lost) override { ask(lost); }
-  void move_to(KeyframeId id) override { ask(id); }
+  void find_place(const TrackedFrame& lost) override {
+    ask({std::make_shared<const TrackedFrame>(lost), KeyframeId{}});
+  }
+  void move_to(KeyframeId id) override { ask({nullptr, id}); }
 
   void finish() override {
     wait_for_mapper();
@@ -103,7 +104,11 @@ class RealtimeMapping final : public MappingSchedule {
   }
 
  private:
-  using PlaceRequest = std::variant<TrackedFrame, KeyframeId>;
+  /// A local map is wanted: around the place a lost frame shows, or around a keyframe.
+  struct PlaceRequest {
+    std::shared_ptr<const TrackedFrame> lost;  // null = around the keyframe
+    KeyframeId keyframe;
+  };
 
   void wait_for_mapper() {
     std::unique_lock lock(state_mutex_);
@@ -117,8 +122,7 @@ class RealtimeMapping final : public MappingSchedule {
 
   void answer(PlaceRequest& request) {
     std::lock_guard map_lock(map_mutex_);
-    const auto* lost = std::get_if<TrackedFrame>(&request);
-    publish(lost ? keeper_.find_place(*lost) : keeper_.around(std::get<KeyframeId>(request)));
+    publish(request.lost ? keeper_.find_place(*request.lost) : keeper_.around(request.keyframe));
   }
 
   // Global bundle adjustment, on a copy of the map.
