@@ -59,19 +59,24 @@ void LoopCloser::note(const Map& map, KeyframeId id) {
   known_.insert(id);
 }
 
-// Keyframes that share enough landmarks with it, and the neighbours of these: where they are relative to it
-// is known already.
+// Keyframes that share enough landmarks with it, and those that share enough with these: where they are
+// relative to it is known already.
 std::set<KeyframeId> LoopCloser::connected(const Map& map, KeyframeId id) const {
-  std::set<KeyframeId> connected{id};
-  for (const Covisible& first : map.covisible(id)) {
-    if (first.shared < options_.min_shared) break;
-    connected.insert(first.keyframe);
-    for (const Covisible& second : map.covisible(first.keyframe)) {
-      if (second.shared < options_.min_shared) break;
-      connected.insert(second.keyframe);
+  std::set<KeyframeId> near{id};
+  for (const Covisible& neighbour : map.covisible(id)) {
+    if (neighbour.shared >= options_.min_shared) near.insert(neighbour.keyframe);
+  }
+  std::vector<std::uint8_t> seen(map.points().ids_used(), 0);
+  std::vector<int> shared(map.keyframes().ids_used(), 0);
+  for (const KeyframeId keyframe : std::set(near)) {
+    for (const PointId point : map.keyframes()[keyframe].points) {
+      if (!point.valid() || std::exchange(seen[point.value], 1)) continue;
+      for (const Observation& o : map.points()[point].observations) {
+        if (++shared[o.keyframe.value] == options_.min_shared) near.insert(o.keyframe);
+      }
     }
   }
-  return connected;
+  return near;
 }
 
 std::optional<PlaceMatch> LoopCloser::look_for_loop(const Map& map, KeyframeId id) {
