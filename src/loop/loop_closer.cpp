@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "common/log.hpp"
+
 namespace ipl_slam {
 namespace {
 
@@ -90,7 +92,7 @@ std::optional<PlaceMatch> LoopCloser::look_for_loop(const Map& map, KeyframeId i
     --keyframes_to_wait_;
   } else {
     match = unrivalled(map, matches(map, view_of(map.keyframes()[id]), connected(map, id)));
-    if (match && !(plausible(map, id, *match) && confirmed(map, id, *match))) match.reset();
+    if (match && !believed(map, id, *match)) match.reset();
     if (match) keyframes_to_wait_ = options_.pause;
   }
   note(map, id);
@@ -122,9 +124,24 @@ std::optional<PlaceMatch> LoopCloser::unrivalled(const Map& map, std::vector<Pla
     if (map.keyframes()[other.keyframe].part != map.keyframes()[best->keyframe].part) continue;
     const auto [distance, angle] = pose_gap(other.T_cw, best->T_cw);
     const bool elsewhere = distance > options_.rival_distance || angle > options_.rival_angle;
-    if (elsewhere && other.inliers >= options_.rival_share * best->inliers) return std::nullopt;
+    if (elsewhere && other.inliers >= options_.rival_share * best->inliers) {
+      log().debug("a place looks like keyframe {} ({} points) and like keyframe {} ({}): not believed",
+                  best->keyframe.value, best->inliers, other.keyframe.value, other.inliers);
+      return std::nullopt;
+    }
   }
   return std::move(*best);
+}
+
+bool LoopCloser::believed(const Map& map, KeyframeId id, const PlaceMatch& match) const {
+  const bool can_be = plausible(map, id, match);
+  const bool believed = can_be && confirmed(map, id, match);
+  log().debug("keyframe {} looks like keyframe {}: {} points, {:.0f} % of what should be seen; {}", id.value,
+              match.keyframe.value, match.inliers, 100.0 * match.found_share,
+              believed ? "believed"
+              : can_be ? "its neighbours do not confirm it"
+                       : "too far off for the way between them");
+  return believed;
 }
 
 // Whether the way between the two visits can have gathered the error that the match says there is.
