@@ -19,10 +19,12 @@ class MadeSequence {
  public:
   static constexpr int kFrames = 10;
 
-  MadeSequence() {
+  explicit MadeSequence(std::uint64_t seed = 1) {
     SequenceWriteOptions options;
     options.threads = 2;
-    write_sequence(SyntheticSource(small_room(kFrames)), folder_ / "room", options);
+    SyntheticOptions room = small_room(kFrames);
+    room.seed = seed;
+    write_sequence(SyntheticSource(room), folder_ / "room", options);
   }
 
   [[nodiscard]] std::filesystem::path path() const { return folder_ / "room"; }
@@ -41,6 +43,16 @@ class MadeSequence {
   }
   void append(const std::string& name, const std::string& content) const {
     std::ofstream(path() / name, std::ios::binary | std::ios::app) << content;
+  }
+  /// Gives the frames times a second apart: played at recorded speed there is time to interrupt.
+  void slow_down() const {
+    std::string colors, depths;
+    for (int i = 0; i < kFrames; ++i) {
+      colors += fmt::format("{} {}\n", i, std::filesystem::relative(image("rgb", i), path()).string());
+      depths += fmt::format("{} {}\n", i, std::filesystem::relative(image("depth", i), path()).string());
+    }
+    write("rgb.txt", colors);
+    write("depth.txt", depths);
   }
   void replace(const char* kind, int frame, const cv::Mat& by) const {
     cv::imwrite(image(kind, frame).string(), by);
