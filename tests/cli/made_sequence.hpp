@@ -19,12 +19,10 @@ class MadeSequence {
  public:
   static constexpr int kFrames = 10;
 
-  explicit MadeSequence(std::uint64_t seed = 1) {
+  MadeSequence() {
     SequenceWriteOptions options;
     options.threads = 2;
-    SyntheticOptions room = small_room(kFrames);
-    room.seed = seed;
-    write_sequence(SyntheticSource(room), folder_ / "room", options);
+    write_sequence(SyntheticSource(small_room(kFrames)), folder_ / "room", options);
   }
 
   [[nodiscard]] std::filesystem::path path() const { return folder_ / "room"; }
@@ -53,6 +51,16 @@ class MadeSequence {
     }
     write("rgb.txt", colors);
     write("depth.txt", depths);
+  }
+  /// Makes another place of it: its mirror image.
+  void mirror() const {
+    for (int i = 0; i < kFrames; ++i) {
+      for (const char* kind : {"rgb", "depth"}) {
+        cv::Mat mirrored;
+        cv::flip(cv::imread(image(kind, i).string(), cv::IMREAD_UNCHANGED), mirrored, 1);
+        replace(kind, i, mirrored);
+      }
+    }
   }
   void replace(const char* kind, int frame, const cv::Mat& by) const {
     cv::imwrite(image(kind, frame).string(), by);

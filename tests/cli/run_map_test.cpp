@@ -161,7 +161,8 @@ TEST(CliRunMap, CtrlCSavesTheMapOfWhatWasTracked) {
 }
 
 TEST(CliRunMap, SaysSoWhereNoPlaceOfTheMapIsRecognised) {
-  const MadeSequence known(1), unknown(77);
+  const MadeSequence known, unknown;
+  unknown.mirror();
   const std::string file = saved_map(known);
   const Finished localized = run(unknown, {"--load-map", file, "--localize-only"});
   EXPECT_EQ(localized.code, 0);

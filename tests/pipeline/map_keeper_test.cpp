@@ -32,14 +32,14 @@ struct Kept {
     for (int i = 0; i < 3; ++i) {
       const View view = walk.look(degrees, i);
       const bool first = keeper.map().keyframes().size() == 0;
-      local = keeper.add(first ? walk.start(view) : walk.step(view, i == 0 ? error : SE3{}));
+      local = keeper.add(first ? walk.start(view) : walk.step(view, keeper.map(), i == 0 ? error : SE3{}));
     }
     return local;
   }
   // The same in a part of its own.
   std::shared_ptr<const LocalMap> visit_in_new_part(double degrees) {
     std::shared_ptr<const LocalMap> local = keeper.add(walk.start(walk.look(degrees, 0)));
-    for (int i = 1; i < 3; ++i) local = keeper.add(walk.step(walk.look(degrees, i)));
+    for (int i = 1; i < 3; ++i) local = keeper.add(walk.step(walk.look(degrees, i), keeper.map()));
     return local;
   }
   [[nodiscard]] SE3 newest_pose() const { return keeper.map().pose_of(keeper.map().newest_keyframe()); }
@@ -102,8 +102,8 @@ TEST(MapKeeper, APartThatShowsAKnownPlaceIsJoinedToItsPart) {
   start.tracked.T_cw = first.T_cw * T_mw.inverse();
   EXPECT_EQ(kept.keeper.add(start)->part, PartId{1});
   EXPECT_EQ(kept.keeper.map().parts().size(), 2U);
-  (void)kept.keeper.add(kept.walk.step(kept.walk.look(0.0, 1)));
-  const auto local = kept.keeper.add(kept.walk.step(kept.walk.look(0.0, 2)));
+  (void)kept.keeper.add(kept.walk.step(kept.walk.look(0.0, 1), kept.keeper.map()));
+  const auto local = kept.keeper.add(kept.walk.step(kept.walk.look(0.0, 2), kept.keeper.map()));
   ASSERT_EQ(kept.keeper.events().size(), 1U);
   EXPECT_EQ(kept.keeper.events()[0].kind, PlaceEvent::Kind::kMerge);
   EXPECT_EQ(kept.keeper.map().parts(), std::vector{PartId{0}});
@@ -187,6 +187,7 @@ TEST(MapKeeperGlobalBundle, IsWantedOncePerLoopAndCountsAsACorrection) {
 
 TEST(MapKeeperGlobalBundle, ThatAFurtherCorrectionOvertookIsDroppedAndWantedAnew) {
   LoopClosed kept;
+  ASSERT_TRUE(kept.keeper.wants_global_bundle());
   GlobalBundle bundle = kept.keeper.begin_global_bundle();
   ASSERT_TRUE(bundle.solve());
   kept.visit_in_new_part(0.0);
@@ -205,6 +206,7 @@ TEST(MapKeeperGlobalBundle, ThatAFurtherCorrectionOvertookIsDroppedAndWantedAnew
 
 TEST(MapKeeperGlobalBundle, ThatWasAbortedIsWantedAnew) {
   LoopClosed kept;
+  ASSERT_TRUE(kept.keeper.wants_global_bundle());
   GlobalBundle bundle = kept.keeper.begin_global_bundle();
   const std::atomic<bool> abort = true;
   ASSERT_FALSE(bundle.solve(&abort));

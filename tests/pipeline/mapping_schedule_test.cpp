@@ -213,6 +213,14 @@ std::vector<std::unique_ptr<MappingSchedule>> schedules_of_points(const std::opt
 
 constexpr double kElsewhere = test::KeyframeWalk::kElsewhere;
 
+void step(MappingSchedule& schedule, test::KeyframeWalk& walk, const test::View& view,
+          const SE3& error = {}) {
+  KeyframeCandidate next;
+  schedule.read(
+      [&](const Map& map, const std::vector<MappingRecord>&) { next = walk.step(view, map, error); });
+  schedule.submit({.candidate = next});
+}
+
 // Three views of a place, the first one of all being the map's first.
 void visit(MappingSchedule& schedule, test::KeyframeWalk& walk, double degrees, const SE3& error = {}) {
   for (int i = 0; i < 3; ++i) {
@@ -220,10 +228,10 @@ void visit(MappingSchedule& schedule, test::KeyframeWalk& walk, double degrees, 
     if (!schedule.local_map()) {
       schedule.start({.candidate = walk.start(view)});
     } else {
-      schedule.submit({.candidate = walk.step(view, i == 0 ? error : SE3{})});
+      step(schedule, walk, view, i == 0 ? error : SE3{});
     }
+    schedule.finish();
   }
-  schedule.finish();
 }
 
 TEST(MappingSchedule, ALostFrameIsFollowedByALocalMapAroundItsPlace) {
@@ -313,7 +321,11 @@ TEST(RealtimeMapping, CanBeAbandonedWhileALoopIsSettled) {
     test::KeyframeWalk walk;
     visit(*schedule, walk, 0.0);
     visit(*schedule, walk, kElsewhere, SE3(Eigen::Quaterniond::Identity(), {0.15, 0.0, 0.0}));
-    for (int i = 0; i < 3; ++i) schedule->submit({.candidate = walk.step(walk.look(0.0, i))});
+    for (int i = 0; i < 2; ++i) {
+      step(*schedule, walk, walk.look(0.0, i));
+      schedule->finish();
+    }
+    step(*schedule, walk, walk.look(0.0, 2));  // closes the loop
     if (search) schedule->find_place(test::lost_frame(walk.look(0.0, 1)));
     // Destroyed here, without finish().
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "map/map.hpp"
 #include "support/synthetic_world.hpp"
 #include "tracking/tracked_frame.hpp"
 
@@ -43,9 +44,13 @@ class KeyframeWalk {
   [[nodiscard]] static SE3 pose(double degrees, int i) {
     return camera_at({0.1 * i, 0.0, 0.0}, degrees * std::numbers::pi / 180.0);
   }
-  /// The next keyframe of the same part.
-  [[nodiscard]] KeyframeCandidate step(const View& view, const SE3& error = {}) {
-    const KeyframeCandidate next = candidate(view, last_, error * view.T_cw * T_last_.inverse());
+  /// The next keyframe of the same part, with the landmarks that the one before saw and it sees as well.
+  [[nodiscard]] KeyframeCandidate step(const View& view, const Map& map, const SE3& error = {}) {
+    KeyframeCandidate next = candidate(view, last_, error * view.T_cw * last_view_.T_cw.inverse());
+    for (std::size_t k = 0; k < view.sources.size(); ++k) {
+      const int there = last_view_.keypoint_of(view.sources[k]);
+      if (there >= 0) next.tracked.points[k] = map.keyframes()[last_].points[static_cast<std::size_t>(there)];
+    }
     went_to(view);
     return next;
   }
@@ -58,14 +63,14 @@ class KeyframeWalk {
  private:
   void went_to(const View& view) {
     last_ = KeyframeId{next_++};
-    T_last_ = view.T_cw;
+    last_view_ = view;
   }
 
   SyntheticWorld world_;
   std::size_t frames_ = 0;
   std::uint32_t next_ = 0;
   KeyframeId last_;
-  SE3 T_last_;
+  View last_view_;
 };
 
 }  // namespace ipl_slam::test
