@@ -49,10 +49,7 @@ class OutputFolder {
  public:
   explicit OutputFolder(fs::path folder) : folder_(std::move(folder)) {
     created_ = make_folder(folder_);
-    const fs::path probe = folder_ / "summary.json";
-    if (fs::exists(probe)) return;
-    write_file_atomically(probe, "{}\n");
-    fs::remove(probe);
+    check_writable(folder_ / "summary.json");
   }
 
   [[nodiscard]] fs::path operator/(const char* name) const { return folder_ / name; }
@@ -105,22 +102,37 @@ SequenceRun run_with_progress(RgbdSource& source, Pipeline& pipeline, std::size_
   return run_sequence(source, pipeline, hooks, max_frames);
 }
 
+// Whether most of what was tracked lies in the map that was loaded.
+bool is_in_loaded_map(const Pipeline& pipeline, const RunSetting& setting) {
+  return pipeline.trajectory_parts().front().part.value < setting.loaded_parts;
+}
+
 // Says what went wrong with the sequence as a whole.
-void judge(const SequenceRun& result, const RunOptions& options, const Config& config) {
+void judge(const SequenceRun& result, const RunOptions& options, const RunSetting& setting,
+           const Pipeline& pipeline) {
   if (result.interrupted) {
     log().warn("interrupted; the results cover what was read until then");
   } else if (result.frames.empty()) {
     throw UserError(fmt::format(
         "'{}': none of its {} frames could be used ({}); check the images and --camera",
         options.sequence.folder.string(), result.skipped.size(), fmt::join(skip_lines(result), "; ")));
+  } else if (result.count(TrackingState::kTracking) == 0 && setting.loaded_parts > 0) {
+    log().warn("no place of '{}' was recognised in {} frames and the trajectory is empty", setting.loaded_map,
+               result.frames.size());
   } else if (result.count(TrackingState::kTracking) == 0) {
     log().warn(
         "no map could be started and the trajectory is empty: none of {} frames had {} keypoints with depth "
         "(tracking.min_initial_depths); check the depth images and the camera's depth_scale",
-        result.frames.size(), config.tracking.min_initial_depths);
+        result.frames.size(), setting.config.tracking.min_initial_depths);
   } else if (const std::size_t lost = result.count(TrackingState::kLost); 10 * lost > result.frames.size()) {
     log().warn("{} of {} frames were lost; the trajectory and its errors say nothing of them", lost,
                result.frames.size());
+  }
+  if (setting.loaded_parts > 0 && result.count(TrackingState::kTracking) > 0 &&
+      !is_in_loaded_map(pipeline, setting)) {
+    log().warn(
+        "the trajectory is not in the world of '{}': most frames are in a part that was not joined to it",
+        setting.loaded_map);
   }
 }
 
@@ -153,6 +165,17 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
   fmt::print("results in {}\n", output.path().string());
 }
 
+// The map may be wanted inside the output folder, so that has to be there.
+void check_map_target(const RunOptions& options, const OutputFolder& output) {
+  if (options.save_map.empty()) return;
+  try {
+    check_writable(options.save_map);
+  } catch (const UserError&) {
+    output.leave_no_trace();
+    throw;
+  }
+}
+
 void save(const RunOptions& options, const Pipeline& pipeline) {
   if (options.save_map.empty()) return;
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
@@ -171,11 +194,18 @@ void run(const RunOptions& options) {
   if (options.realtime) config.schedule.mode = "realtime";
   if (options.threads > 0) config.schedule.threads = options.threads;
   const Camera camera = options.sequence.load_camera();
+  std::optional<Map> loaded;
+  if (!options.load_map.empty()) loaded = load_fitting_map(options.load_map, camera, config);
   auto dataset =
       std::make_unique<TumDataset>(options.sequence.folder, camera, options.sequence.dataset_options());
-  const RunSetting setting{
-      options.sequence.folder.string(), options.sequence.preset, camera, config, dataset->unpaired_color(),
-      options.load_map.string(),        options.localize_only};
+  const RunSetting setting{.sequence = options.sequence.folder.string(),
+                           .preset = options.sequence.preset,
+                           .camera = camera,
+                           .config = config,
+                           .unpaired_color = dataset->unpaired_color(),
+                           .loaded_map = options.load_map.string(),
+                           .loaded_parts = loaded ? loaded->new_part().value : 0,
+                           .localize_only = options.localize_only};
   if (setting.unpaired_color > 0 && says_remarks()) {
     fmt::print("{} color images have no depth image within {} s and are left out\n", setting.unpaired_color,
                options.sequence.dataset.max_difference);
@@ -184,26 +214,32 @@ void run(const RunOptions& options) {
   install_interrupt_handler();
 
   const std::unique_ptr<RgbdSource> source = open_source(std::move(dataset), config, options.realtime);
-  std::optional<Map> loaded;
-  if (!options.load_map.empty()) loaded = load_fitting_map(options.load_map, camera, config);
-  Pipeline pipeline(
-      camera, config, std::move(loaded),
-      options.localize_only);  // before the output folder: it may find that there is no such model
+  // Before the output folder: it may find that there is no such model.
+  Pipeline pipeline(camera, config, std::move(loaded), options.localize_only);
   const OutputFolder output(options.output);
+  check_map_target(options, output);
   std::optional<FrameFolder> overlays;
   if (options.save_overlays) overlays.emplace(output / "overlays");
   const SequenceRun result =
       run_with_progress(*source, pipeline, options.sequence.max_frames, overlays ? &*overlays : nullptr);
   try {
-    judge(result, options, config);
+    judge(result, options, setting, pipeline);
   } catch (const UserError&) {
     overlays.reset();
     output.leave_no_trace();
     throw;
   }
-  save(options, pipeline);
   for (const std::string& remark : pipeline.instances().remarks()) log().warn("{}", remark);
-  write_results(output, result, setting, truth, pipeline, overlays ? &*overlays : nullptr);
+  const auto write = [&] {
+    write_results(output, result, setting, truth, pipeline, overlays ? &*overlays : nullptr);
+  };
+  try {
+    save(options, pipeline);
+  } catch (const UserError&) {
+    write();  // one is not to be lost because the other cannot be written
+    throw;
+  }
+  write();
   if (result.interrupted) exit_code() = kInterrupted;
 }
 

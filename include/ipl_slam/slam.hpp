@@ -10,8 +10,11 @@
 //   slam.save_trajectory("trajectory.txt");
 //
 // Units and frames: metres, seconds, pixels. The camera frame is x right, y down, z forward. The world frame
-// is the camera frame of the first frame that was tracked. T_wc maps camera coordinates into the world: it is
-// where the camera is, and how it is turned.
+// is the camera frame of the first frame that was tracked, or, where a saved map was loaded, the world of
+// that map. T_wc maps camera coordinates into the world: it is where the camera is, and how it is turned.
+//
+// A camera that stays lost (setting tracking.new_part_after) starts a new part of the map with a world frame
+// of its own. When a place of another part is recognised the two become one, in the world of the older.
 
 #include <cstddef>
 #include <cstdint>
@@ -74,11 +77,16 @@ struct IPL_SLAM_API CameraParameters {
   static CameraParameters load(const std::filesystem::path& file);
 };
 
-/// Where the settings come from, each over what stands before it. `ipl_slam config` prints all there are.
+/// Where the settings come from, each over what stands before it (`ipl_slam config` prints all there are),
+/// and the map to start from.
 struct SlamOptions {
   std::string preset = "default";      ///< "default" (what measured best) or "paper" (what the paper says)
   std::string config_file;             ///< YAML file; empty = none
   std::vector<std::string> overrides;  ///< single settings, "orb.features=1200"
+  /// A map that save_map() or `ipl_slam run --save-map` wrote, to go on with: the camera is lost until it
+  /// sees a place of it, and poses are in that map's world then. Empty = start anew.
+  std::string map_file;
+  bool localize_only = false;  ///< leave that map as it is and only find the camera in it
 };
 
 /// Somebody or something that the segmenter (setting segmentation.segmenter) found in the picture.
@@ -93,9 +101,11 @@ struct SeenInstance {
 /// What is known about the camera after a frame.
 struct TrackingResult {
   TrackingState state = TrackingState::kInitializing;
-  Pose T_wc;              ///< valid while state is kTracking; the last known pose while it is kLost
-  int inliers = 0;        ///< map points that the pose rests on
-  bool keyframe = false;  ///< whether the frame was taken into the map
+  /// Valid while state is kTracking, in the world of the part of the map the camera is in; the last known
+  /// pose while it is kLost. It jumps where a new part begins and where a recognised place corrects the map.
+  Pose T_wc;
+  int inliers = 0;                      ///< map points that the pose rests on
+  bool keyframe = false;                ///< whether the frame was taken into the map
   std::vector<SeenInstance> instances;  ///< who is in the picture
   int mask_age = -1;  ///< frames since the picture their masks were made from; -1 = there are no masks yet
   int lines = 0;      ///< map lines that the pose rests on
@@ -104,15 +114,16 @@ struct TrackingResult {
 /// One camera's SLAM. Frames are worked off in the order they come, each within process(), so that the same
 /// frames and settings give the same bytes out, whatever the machine's speed. With the setting
 /// "schedule.mode=realtime" segmentation and mapping run on threads of their own: process() returns sooner,
-/// results depend on timing, and trajectory(), keyframes() and save_trajectory() wait until the map is up to
-/// date.
+/// results depend on timing, and trajectory(), keyframes(), save_trajectory() and save_map() wait until
+/// the map is up to date.
 ///
 /// Thread-safety: one object must not be used by two threads at the same time; different objects are
 /// independent. Movable, not copyable; a moved-from object may only be assigned to or destroyed.
 class IPL_SLAM_API Slam {
  public:
-  /// Throws UserError when the camera's parameters cannot be, when a setting is wrong or when its file cannot
-  /// be read.
+  /// Throws UserError when the camera's parameters cannot be, when a setting is wrong, when its file cannot
+  /// be read, or when the map file cannot be, is damaged or was made with another camera. Throws
+  /// std::invalid_argument for `localize_only` without a map file.
   explicit Slam(const CameraParameters& camera, const SlamOptions& options = {});
   ~Slam();
   Slam(Slam&&) noexcept;
@@ -129,14 +140,20 @@ class IPL_SLAM_API Slam {
   /// instance is and 0 elsewhere. Empty for an id that is not in that frame.
   [[nodiscard]] std::vector<std::uint8_t> instance_mask(std::uint32_t id) const;
 
-  /// Poses of all frames that were tracked so far, in order of time. Poses of earlier frames follow the map
-  /// when it is corrected, so they may differ from what process() gave for them.
+  /// Poses of the frames that were tracked so far, in order of time and in one world: where the map is in
+  /// parts, those of the part that most frames were tracked in. Poses of earlier frames follow the map when
+  /// it is corrected, so they may differ from what process() gave for them.
   [[nodiscard]] std::vector<TimedPose> trajectory() const;
-  /// Poses of the frames the map is built from, in order of time.
+  /// Poses, in the same world, of those frames that were taken into the map, in order of time. What a loaded
+  /// map brought along is not among them.
   [[nodiscard]] std::vector<TimedPose> keyframes() const;
   /// Writes trajectory() as a TUM trajectory file ("timestamp tx ty tz qx qy qz qw"): beside, then renamed,
   /// so that no half-written file is left. Throws UserError when it cannot be written.
   void save_trajectory(const std::filesystem::path& file) const;
+  /// Writes the map, all parts of it, to a file that SlamOptions::map_file and `ipl_slam map` read; replaces
+  /// the file like save_trajectory(), be it the one that was loaded. Throws UserError when it cannot be
+  /// written, or while there is no map yet.
+  void save_map(const std::filesystem::path& file) const;
 
  private:
   class Impl;

@@ -114,27 +114,45 @@ fs::path link_target(const fs::path& file) {
   return error ? file : target;
 }
 
-}  // namespace
+/// Where a file's bytes go.
+struct Target {
+  fs::path path;         // links followed
+  bool special = false;  // a device or pipe that is there, to be written to directly
+};
 
-void write_file_atomically(const fs::path& file, std::string_view content) {
+/// Throws where its name alone tells that it cannot be written.
+Target check_target(const fs::path& file) {
   if (file.filename().empty() || file.filename() == "." || file.filename() == "..") fail(file, EISDIR);
   const fs::path target = link_target(file);
   struct stat status = {};
   const bool exists = ::stat(target.c_str(), &status) == 0;
   if (exists && S_ISDIR(status.st_mode)) fail(file, EISDIR);
   if (target.filename().native().size() > 255) fail(file, ENAMETOOLONG);
+  return {target, exists && !S_ISREG(status.st_mode)};
+}
 
-  if (exists && !S_ISREG(status.st_mode)) {
-    Output output(file, target, 0, false);
+}  // namespace
+
+void write_file_atomically(const fs::path& file, std::string_view content) {
+  const Target target = check_target(file);
+  if (target.special) {
+    Output output(file, target.path, 0, false);
     output.write(content);
     output.close();
     return;
   }
-  Output output(file, temporary_beside(target), O_CREAT | O_EXCL, true);
+  Output output(file, temporary_beside(target.path), O_CREAT | O_EXCL, true);
   output.write(content);
   output.flush_to_disk();
   output.close();
-  output.rename_to(target);
+  output.rename_to(target.path);
+}
+
+void check_writable(const fs::path& file) {
+  const Target target = check_target(file);
+  // Nothing is opened that may notice, as a pipe would.
+  if (target.special) return;
+  const Output probe(file, temporary_beside(target.path), O_CREAT | O_EXCL, true);
 }
 
 void write_image_atomically(const fs::path& file, const cv::Mat& image) {

@@ -14,8 +14,12 @@ namespace ipl_slam {
 /// full, ...); the temporary is removed and what stood at `file` before stays untouched.
 void write_file_atomically(const std::filesystem::path& file, std::string_view content);
 
-/// The same for an image, encoded by the file's extension (.png, .jpg, ...). Throws UserError, besides the
-/// above, when the extension names no image format or the format cannot hold the image's type.
+/// Whether write_file_atomically would find a place to write to: throws UserError as it does, and leaves what
+/// stands at `file` alone. To be asked before hours of work whose result goes there.
+void check_writable(const std::filesystem::path& file);
+
+/// Writes an image in the same way, encoded by the file's extension (.png, .jpg, ...). Throws UserError,
+/// besides the above, when the extension names no image format or the format cannot hold the image's type.
 void write_image_atomically(const std::filesystem::path& file, const cv::Mat& image);
 
 }  // namespace ipl_slam

@@ -31,6 +31,9 @@ Map load_fitting_map(const std::filesystem::path& file, const Camera& camera, co
     throw UserError(fmt::format("'{}' was made with orb.levels={} and orb.scale_factor={:g}: set them alike",
                                 file.string(), pyramid.levels(), pyramid.factor()));
   }
+  if (saved.map.keyframes().size() == 0) {
+    throw UserError(fmt::format("'{}' holds no keyframe: there is nothing to go on with", file.string()));
+  }
   return std::move(saved.map);
 }
 

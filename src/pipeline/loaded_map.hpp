@@ -8,8 +8,8 @@
 
 namespace ipl_slam {
 
-/// Reads a map file to go on with it. Throws UserError where it cannot be read (map/map_file.hpp), or where
-/// it was made with another camera or another image pyramid: its landmarks would not be found.
+/// Reads a map file to go on with it. Throws UserError where it cannot be read (map/map_file.hpp), is
+/// empty, or was made with another camera or another image pyramid: its landmarks would not be found.
 [[nodiscard]] Map load_fitting_map(const std::filesystem::path& file, const Camera& camera,
                                    const Config& config);
 

@@ -84,10 +84,10 @@ Json map_summary(const SavedMap& saved) {
           {"parts", std::move(parts)}};
 }
 
-std::vector<TrajectoryPart> keyframe_parts(const Map& map) {
+std::vector<TrajectoryPart> keyframe_parts(const Map& map, KeyframeId first) {
   TrajectoryParts parts;
-  map.keyframes().for_each([&](KeyframeId, const Keyframe& keyframe) {
-    parts.add(keyframe.part, {keyframe.frame->timestamp, keyframe.T_cw.inverse()});
+  map.keyframes().for_each([&](KeyframeId id, const Keyframe& keyframe) {
+    if (id >= first) parts.add(keyframe.part, {keyframe.frame->timestamp, keyframe.T_cw.inverse()});
   });
   return parts.longest_first();
 }

@@ -13,8 +13,9 @@ namespace ipl_slam {
 /// parts.
 [[nodiscard]] nlohmann::ordered_json map_summary(const SavedMap& saved);
 
-/// The poses of the keyframes in order of id, part by part, the part with most of them first.
-[[nodiscard]] std::vector<TrajectoryPart> keyframe_parts(const Map& map);
+/// The poses of the keyframes from `first` on, in order of id, part by part, the part with most of them
+/// first.
+[[nodiscard]] std::vector<TrajectoryPart> keyframe_parts(const Map& map, KeyframeId first = KeyframeId{0});
 
 /// The point landmarks as a PLY file, in the order of their ids: position (world, m), mean viewing direction,
 /// id, part, observations.

@@ -1,5 +1,6 @@
 #include "pipeline/map_keeper.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace ipl_slam {
@@ -55,14 +56,20 @@ void MapKeeper::recognise(KeyframeId id) {
     const CorrectionEffect effect = correction_.close_loop(map_, id, *match);
     event.translation = effect.translation;
     event.rotation = effect.rotation;
-    unsettled_ = own;
+    unsettled_.insert(own);
   } else {
     event.kind = PlaceEvent::Kind::kMerge;
     correction_.merge_parts(map_, id, *match);
-    if (unsettled_.valid()) unsettled_ = map_.keyframes()[id].part;
+    follow_merge(std::min(own, other), std::max(own, other));
   }
   events_.push_back(event);
   ++corrections_;
+}
+
+// What was unsettled in the part that is gone is so in the one that took it up.
+void MapKeeper::follow_merge(PartId kept, PartId gone) {
+  if (unsettled_.erase(gone) > 0) unsettled_.insert(kept);
+  if (settling_ == gone) settling_ = kept;
 }
 
 std::shared_ptr<const LocalMap> MapKeeper::find_place(const TrackedFrame& lost) {
@@ -92,14 +99,18 @@ std::shared_ptr<const LocalMap> MapKeeper::around_newest() const {
 
 GlobalBundle MapKeeper::begin_global_bundle() {
   corrections_at_bundle_ = corrections_;
-  return {map_,   std::exchange(unsettled_, PartId{}), camera_,
-          noise_, mapping_.bundle.line_noise(),        global_bundle_};
+  settling_ = *unsettled_.begin();
+  unsettled_.erase(settling_);
+  return {map_, settling_, camera_, noise_, mapping_.bundle.line_noise(), global_bundle_};
 }
 
 void MapKeeper::apply(const GlobalBundle& bundle) {
-  if (corrections_ != corrections_at_bundle_) return;
-  if (!bundle.apply(map_)) return;
-  ++corrections_;
+  const PartId part = std::exchange(settling_, PartId{});
+  if (corrections_ == corrections_at_bundle_ && bundle.apply(map_)) {
+    ++corrections_;
+  } else {
+    unsettled_.insert(part);
+  }
 }
 
 }  // namespace ipl_slam

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -51,11 +52,12 @@ class MapKeeper {
   /// The local map around a keyframe that is, or once was, in the map.
   [[nodiscard]] std::shared_ptr<const LocalMap> around(KeyframeId id) const;
 
-  /// Whether a loop was closed since the last global bundle adjustment was begun.
-  [[nodiscard]] bool wants_global_bundle() const { return unsettled_.valid(); }
-  /// The global bundle adjustment that is wanted, to be solved anywhere and then applied.
+  /// Whether a loop was closed in a part that global bundle adjustment was not begun of since.
+  [[nodiscard]] bool wants_global_bundle() const { return !unsettled_.empty(); }
+  /// The global bundle adjustment that is wanted, to be solved anywhere and then applied, one at a time.
   [[nodiscard]] GlobalBundle begin_global_bundle();
-  /// Does nothing where the map was corrected since it was begun.
+  /// Where it was aborted, or the map was corrected since it was begun, it is wanted anew and nothing else
+  /// happens.
   void apply(const GlobalBundle& bundle);
 
   [[nodiscard]] const Map& map() const { return map_; }
@@ -67,6 +69,7 @@ class MapKeeper {
 
  private:
   void recognise(KeyframeId id);
+  void follow_merge(PartId kept, PartId gone);
 
   Camera camera_;
   DepthNoiseOptions noise_;
@@ -79,7 +82,8 @@ class MapKeeper {
   std::vector<PlaceEvent> events_;
   int corrections_ = 0;
   int corrections_at_bundle_ = 0;  // when the last global bundle adjustment was begun
-  PartId unsettled_;               // the part whose loop was closed since; invalid = none
+  PartId settling_;                // the part it is of; invalid once it was applied
+  std::set<PartId> unsettled_;     // parts in which a loop was closed since
 };
 
 }  // namespace ipl_slam

@@ -60,8 +60,12 @@ Pipeline::Pipeline(const Camera& camera, const Config& config, std::optional<Map
                config.schedule.seed),
       policy_(config.keyframes),
       localize_only_(localize_only),
-      next_keyframe_(loaded ? static_cast<std::uint32_t>(loaded->keyframes().ids_used()) : 0),
+      first_made_{loaded ? static_cast<std::uint32_t>(loaded->keyframes().ids_used()) : 0},
+      next_keyframe_(first_made_.value),
       last_timestamp_(-std::numeric_limits<double>::infinity()) {
+  if (localize_only && next_keyframe_ == 0) {
+    throw std::invalid_argument("there is no map to localize the camera in");
+  }
   mapping_ = make_mapping(camera, config, std::move(loaded));
 }
 
@@ -207,11 +211,14 @@ std::vector<TrajectoryPart> Pipeline::trajectory_parts() const {
 
 std::vector<TrajectoryPart> Pipeline::keyframe_parts() const {
   std::vector<TrajectoryPart> parts;
-  mapping_->read(
-      [&](const Map& map, const std::vector<MappingRecord>&) { parts = ipl_slam::keyframe_parts(map); });
-  std::stable_partition(
-      parts.begin(), parts.end(),
-      [main = trajectory_parts().front().part](const TrajectoryPart& p) { return p.part == main; });
+  mapping_->read([&](const Map& map, const std::vector<MappingRecord>&) {
+    parts = ipl_slam::keyframe_parts(map, first_made_);
+  });
+  const PartId main = trajectory_parts().front().part;
+  const auto is_main = [&](const TrajectoryPart& p) { return p.part == main; };
+  // Of a part that was loaded there may be frames, but no keyframe.
+  if (std::none_of(parts.begin(), parts.end(), is_main)) parts.push_back({main, {}});
+  std::stable_partition(parts.begin(), parts.end(), is_main);
   return parts;
 }
 

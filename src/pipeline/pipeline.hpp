@@ -45,7 +45,8 @@ struct FrameResult {
 class Pipeline {
  public:
   /// Goes on with `loaded`, if there is a map: the camera is lost until it sees a place of it, and the world
-  /// is the map's. With `localize_only` the map stays as it is: nothing is added, nor is a part begun.
+  /// is the map's. With `localize_only` the map stays as it is: nothing is added, nor is a part begun. Throws
+  /// std::invalid_argument for `localize_only` without a map.
   Pipeline(const Camera& camera, const Config& config, std::optional<Map> loaded = std::nullopt,
            bool localize_only = false);
 
@@ -58,7 +59,7 @@ class Pipeline {
   /// One list per part of the map that frames were tracked in, the longest first: where the others lie
   /// relative to it was never found out. Never empty.
   [[nodiscard]] std::vector<TrajectoryPart> trajectory_parts() const;
-  /// The same of the keyframes; the part that has most of the frames comes first.
+  /// The same of the keyframes that were made, not loaded; the part that has most of the frames comes first.
   [[nodiscard]] std::vector<TrajectoryPart> keyframe_parts() const;
   /// The first of these parts.
   [[nodiscard]] Trajectory trajectory() const { return trajectory_parts().front().poses; }
@@ -99,6 +100,7 @@ class Pipeline {
   KeyframePolicy policy_;
   std::unique_ptr<MappingSchedule> mapping_;
   bool localize_only_;
+  KeyframeId first_made_;  // all before it were loaded
   std::vector<Placed> placed_;
   TrackedFrame last_tracked_;
   std::vector<TrackedInstance> last_instances_;

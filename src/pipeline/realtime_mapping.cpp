@@ -87,10 +87,11 @@ class RealtimeMapping final : public MappingSchedule {
     bundle_worker_.wait();
     // One that a later loop cut short is made up for.
     std::lock_guard map_lock(map_mutex_);
-    if (!keeper_.wants_global_bundle()) return;
-    GlobalBundle bundle = keeper_.begin_global_bundle();
-    bundle.solve();
-    apply(bundle);
+    while (keeper_.wants_global_bundle()) {
+      GlobalBundle bundle = keeper_.begin_global_bundle();
+      bundle.solve();
+      apply(bundle);
+    }
   }
 
   [[nodiscard]] std::vector<PlaceEvent> events() const override {
@@ -127,7 +128,7 @@ class RealtimeMapping final : public MappingSchedule {
 
   // Global bundle adjustment, on a copy of the map.
   void settle(GlobalBundle& bundle) {
-    if (!bundle.solve(&abort_global_)) return;
+    bundle.solve(&abort_global_);
     std::lock_guard map_lock(map_mutex_);
     apply(bundle);
   }

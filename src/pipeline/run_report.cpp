@@ -133,7 +133,10 @@ Json camera_json(const Camera& c) {
 Json map_json(const RunSetting& setting, const Pipeline& pipeline) {
   Json parts = Json::array();
   for (const TrajectoryPart& part : pipeline.trajectory_parts()) {
-    if (part.part.valid()) parts.push_back({{"part", part.part.value}, {"tracked", part.poses.size()}});
+    if (!part.part.valid()) continue;
+    parts.push_back({{"part", part.part.value},
+                     {"loaded", part.part.value < setting.loaded_parts},
+                     {"tracked", part.poses.size()}});
   }
   Json json;
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {

@@ -18,6 +18,7 @@ struct RunSetting {
   Config config;
   std::size_t unpaired_color = 0;  ///< colour images that were left out for want of a depth image
   std::string loaded_map = {};     ///< the file the run went on with; empty = none
+  std::uint32_t loaded_parts = 0;  ///< parts of the map with ids below this are from there
   bool localize_only = false;
 };
 

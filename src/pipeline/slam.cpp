@@ -7,6 +7,8 @@
 #include <ipl_slam/slam.hpp>
 
 #include "dataset/camera_config.hpp"
+#include "map/map_file.hpp"
+#include "pipeline/loaded_map.hpp"
 #include "pipeline/pipeline.hpp"
 
 namespace ipl_slam {
@@ -81,6 +83,12 @@ Config load_config(const SlamOptions& options) {
   return config;
 }
 
+Pipeline make_pipeline(const Camera& camera, const SlamOptions& options) {
+  const Config config = load_config(options);
+  if (options.map_file.empty()) return {camera, config, std::nullopt, options.localize_only};
+  return {camera, config, load_fitting_map(options.map_file, camera, config), options.localize_only};
+}
+
 }  // namespace
 
 CameraParameters CameraParameters::preset(const std::string& name) {
@@ -98,7 +106,7 @@ CameraParameters CameraParameters::load(const std::filesystem::path& file) {
 class Slam::Impl {
  public:
   Impl(const CameraParameters& camera, const SlamOptions& options)
-      : pipeline(to_camera(camera), load_config(options)) {}
+      : pipeline(make_pipeline(to_camera(camera), options)) {}
 
   Pipeline pipeline;
   std::size_t frames = 0;
@@ -151,6 +159,16 @@ std::vector<TimedPose> Slam::keyframes() const {
 void Slam::save_trajectory(const std::filesystem::path& file) const {
   impl_->pipeline.finish();
   write_trajectory(file, impl_->pipeline.trajectory());
+}
+
+void Slam::save_map(const std::filesystem::path& file) const {
+  impl_->pipeline.finish();
+  impl_->pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
+    if (map.keyframes().size() == 0) {
+      throw UserError(fmt::format("'{}' was not written: no map could be started yet", file.string()));
+    }
+    ipl_slam::save_map(file, map, impl_->pipeline.camera());
+  });
 }
 
 }  // namespace ipl_slam

@@ -42,6 +42,26 @@ class MadeSequence {
   void append(const std::string& name, const std::string& content) const {
     std::ofstream(path() / name, std::ios::binary | std::ios::app) << content;
   }
+  /// Gives the frames times a second apart: played at recorded speed there is time to interrupt.
+  void slow_down() const {
+    std::string colors, depths;
+    for (int i = 0; i < kFrames; ++i) {
+      colors += fmt::format("{} {}\n", i, std::filesystem::relative(image("rgb", i), path()).string());
+      depths += fmt::format("{} {}\n", i, std::filesystem::relative(image("depth", i), path()).string());
+    }
+    write("rgb.txt", colors);
+    write("depth.txt", depths);
+  }
+  /// Makes another place of it: its mirror image.
+  void mirror() const {
+    for (int i = 0; i < kFrames; ++i) {
+      for (const char* kind : {"rgb", "depth"}) {
+        cv::Mat mirrored;
+        cv::flip(cv::imread(image(kind, i).string(), cv::IMREAD_UNCHANGED), mirrored, 1);
+        replace(kind, i, mirrored);
+      }
+    }
+  }
   void replace(const char* kind, int frame, const cv::Mat& by) const {
     cv::imwrite(image(kind, frame).string(), by);
   }

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <fcntl.h>
@@ -55,6 +57,18 @@ inline Finished run_program(const std::vector<std::string>& words,
 inline Finished ipl_slam_program(std::vector<std::string> words) {
   words.insert(words.begin(), IPL_SLAM_PROGRAM);
   return run_program(words);
+}
+
+/// The same with Ctrl-C as soon as `seen` stands in its output.
+inline Finished interrupt_ipl_slam(std::vector<std::string> words, const std::string& seen) {
+  words.insert(words.begin(), IPL_SLAM_PROGRAM);
+  return run_program(words, [&](pid_t process, const std::filesystem::path& out) {
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (content_of(out).find(seen) == std::string::npos && std::chrono::steady_clock::now() < give_up) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    ::kill(process, SIGINT);
+  });
 }
 
 }  // namespace ipl_slam::testing

@@ -1,7 +1,5 @@
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,6 +20,7 @@ using testing::content_of;
 using testing::expect_refused;
 using testing::Finished;
 using ::testing::HasSubstr;
+using testing::interrupt_ipl_slam;
 using testing::ipl_slam_program;
 using ::testing::IsEmpty;
 using testing::MadeSequence;
@@ -303,25 +302,9 @@ TEST(CliRun, ANameThatIsNoUtf8DoesNoHarm) {
 
 TEST(CliRun, CtrlCWritesWhatWasTracked) {
   const MadeSequence sequence;
-  // Slowed down by playing at recorded speed: one frame a second.
-  std::string colors, depths;
-  for (int i = 0; i < MadeSequence::kFrames; ++i) {
-    colors += fmt::format("{} {}\n", i, fs::relative(sequence.image("rgb", i), sequence.path()).string());
-    depths += fmt::format("{} {}\n", i, fs::relative(sequence.image("depth", i), sequence.path()).string());
-  }
-  sequence.write("rgb.txt", colors);
-  sequence.write("depth.txt", depths);
-  const auto interrupt = [](pid_t process, const fs::path& out) {
-    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (content_of(out).find("tracking 2/10") == std::string::npos &&
-           std::chrono::steady_clock::now() < give_up) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    ::kill(process, SIGINT);
-  };
-  const Finished finished = run_program(
-      {IPL_SLAM_PROGRAM, "run", sequence.path().string(), "-o", sequence.output().string(), "--realtime"},
-      interrupt);
+  sequence.slow_down();
+  const Finished finished = interrupt_ipl_slam(
+      {"run", sequence.path().string(), "-o", sequence.output().string(), "--realtime"}, "tracking 2/10");
   EXPECT_EQ(finished.code, 130) << finished.err;
   EXPECT_THAT(finished.err, HasSubstr("interrupted"));
   const nlohmann::json json = summary(sequence.output());

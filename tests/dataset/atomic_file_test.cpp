@@ -139,6 +139,28 @@ TEST(AtomicFile, LeavesAFullDiskAsItWas) {
   EXPECT_EQ(WEXITSTATUS(status), good);
 }
 
+TEST(CheckWritable, LeavesNoTraceWhereAFileCouldBeWritten) {
+  const TemporaryFolder folder;
+  const auto file = folder / "a";
+  check_writable(file);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  write_file_atomically(file, "old");
+  check_writable(file);
+  EXPECT_EQ(content_of(file), "old");
+  check_writable("/dev/null");
+}
+
+TEST(CheckWritable, RefusesWhatWritingWouldRefuse) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("file", "");
+  for (const std::filesystem::path& path : {file / "a", folder / "nowhere/a", folder.path(),
+                                            folder / std::string(300, 'a'), std::filesystem::path()}) {
+    const std::string refused = message_of<UserError>([&] { check_writable(path); });
+    EXPECT_FALSE(refused.empty()) << path;
+    EXPECT_EQ(refused, message_of<UserError>([&] { write_file_atomically(path, "x"); }));
+  }
+}
+
 TEST(AtomicImage, IsReadBackWithTheSamePixels) {
   const TemporaryFolder folder;
   cv::Mat depth(5, 7, CV_16UC1);

@@ -101,10 +101,59 @@ TEST(Trajectory, IsWrittenWithSixAndNineDecimals) {
                                                       "0.000000000 0.000000000 0.000000000 1.000000000\n"));
 }
 
+TEST(TrajectoryParts, TheLongestComesFirstAndAmongEqualsTheOldest) {
+  TrajectoryParts parts;
+  for (const std::uint32_t part : {3U, 1U, 2U, 2U, 1U, 0U}) {
+    parts.add(PartId{part}, {1.0, SE3{}});
+  }
+  std::vector<std::uint32_t> order;
+  for (const TrajectoryPart& part : parts.longest_first()) order.push_back(part.part.value);
+  EXPECT_EQ(order, (std::vector<std::uint32_t>{1, 2, 0, 3}));
+}
+
+TEST(TrajectoryParts, KeepTheOrderInWhichPosesCame) {
+  TrajectoryParts parts;
+  for (const double time : {1.0, 2.0, 3.0}) {
+    parts.add(PartId{time == 2.0 ? 1U : 0U}, {time, SE3{}});
+  }
+  const std::vector<TrajectoryPart> sorted = parts.longest_first();
+  ASSERT_EQ(sorted.size(), 2U);
+  ASSERT_EQ(sorted[0].poses.size(), 2U);
+  EXPECT_EQ(sorted[0].poses[0].timestamp, 1.0);
+  EXPECT_EQ(sorted[0].poses[1].timestamp, 3.0);
+  EXPECT_EQ(sorted[1].poses[0].timestamp, 2.0);
+}
+
+TEST(TrajectoryParts, WithoutAPoseThereIsOneEmptyList) {
+  const std::vector<TrajectoryPart> sorted = TrajectoryParts().longest_first();
+  ASSERT_EQ(sorted.size(), 1U);
+  EXPECT_TRUE(sorted[0].poses.empty());
+  EXPECT_FALSE(sorted[0].part.valid());
+}
+
+TEST(TrajectoryParts, AllButTheFirstAreWrittenAsCommentsThatReadersPassOver) {
+  const SE3 T_wc(Eigen::Quaterniond::Identity(), {1.0, 2.0, 3.0});
+  const std::vector<TrajectoryPart> parts{{PartId{2}, {{1.5, T_wc}, {1.6, T_wc}}},
+                                          {PartId{0}, {{0.5, T_wc}}}};
+  EXPECT_EQ(trajectory_text(parts),
+            "# timestamp tx ty tz qx qy qz qw (camera to world, s, m)\n"
+            "1.500000 1.000000000 2.000000000 3.000000000 0.000000000 0.000000000 0.000000000 1.000000000\n"
+            "1.600000 1.000000000 2.000000000 3.000000000 0.000000000 0.000000000 0.000000000 1.000000000\n"
+            "# part 0: 0.500000 1.000000000 2.000000000 3.000000000 0.000000000 0.000000000 0.000000000 "
+            "1.000000000\n");
+  const TemporaryFolder folder;
+  write_trajectory(folder / "parts.txt", parts);
+  std::size_t rejected = 1;
+  const Trajectory read = read_trajectory(folder / "parts.txt", &rejected);
+  EXPECT_EQ(rejected, 0U);
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_EQ(read[0].timestamp, 1.5);
+}
+
 TEST(Trajectory, SaysWhereItCannotBeWritten) {
   const TemporaryFolder folder;
   const auto file = folder.write("file", "");
-  EXPECT_THAT(message_of<UserError>([&] { write_trajectory(file / "t.txt", {}); }),
+  EXPECT_THAT(message_of<UserError>([&] { write_trajectory(file / "t.txt", Trajectory{}); }),
               HasSubstr("cannot write"));
 }
 

@@ -241,7 +241,7 @@ TEST(MapLines, StayConsistentUnderRandomChanges) {
     } else if (choice == 10 && step % 5 == 0 && line.valid()) {
       row.map.remove(line);
     } else if (choice == 11 && keyframes.size() > 5) {
-      const std::size_t i = random.index(keyframes.size() - 1);  // not the newest
+      const std::size_t i = 1 + random.index(keyframes.size() - 2);  // neither the anchor nor the newest
       row.map.remove_keyframe(keyframes[i]);
       keyframes.erase(keyframes.begin() + static_cast<std::ptrdiff_t>(i));
     }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/candidate.hpp"
 #include "support/line_world.hpp"
 #include "support/map_checks.hpp"
 #include "support/mapped.hpp"
@@ -17,19 +18,7 @@ Mapped make_mapper(const MappingOptions& options = {}) {
   return Mapped({kTestCamera, kTestPyramid, kTestNoise, options}, options.local_map);
 }
 
-// A candidate that knows no landmark.
-KeyframeCandidate candidate(const View& view, KeyframeId reference = {}, const SE3& T_c_reference = {}) {
-  KeyframeCandidate result;
-  result.tracked.frame = view.frame;
-  result.tracked.state = TrackingState::kTracking;
-  result.tracked.T_cw = view.T_cw;
-  result.tracked.reference = reference;
-  result.tracked.T_c_reference = T_c_reference;
-  result.tracked.points.resize(view.frame->features.size());
-  return result;
-}
-
-// The same with the landmarks that the keypoints show: those of a keyframe that took another view.
+// A candidate with the landmarks that the keypoints show: those of a keyframe that took another view.
 KeyframeCandidate candidate_after(const View& view, const Map& map, const View& other, KeyframeId other_id) {
   KeyframeCandidate result = candidate(view, other_id, view.T_cw * other.T_cw.inverse());
   for (std::size_t k = 0; k < view.sources.size(); ++k) {

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "pipeline/realtime_mapping.hpp"
+#include "support/candidate.hpp"
 #include "support/map_checks.hpp"
 #include "support/rendered_sequence.hpp"
 #include "support/synthetic_world.hpp"
@@ -18,11 +19,6 @@ using testing::small_room;
 
 MapKeeper keeper() {
   return {small_camera(), Config{}};
-}
-options
-}
-, options.local_map
-};
 }
 
 KeyframeLines keyframe_lines() {
@@ -202,6 +198,137 @@ TEST(RealtimeMapping, WhatComesAfterAFailureIsNotMapped) {
     EXPECT_EQ(times.size(), 1U) << "the third keyframe would have got the second one's number";
     EXPECT_EQ(map.keyframes().size(), 1U);
   });
+}
+
+// Schedules whose camera walks among points, without lines.
+std::vector<std::unique_ptr<MappingSchedule>> schedules_of_points(const std::optional<Map>& loaded = {}) {
+  Config config;
+  config.depth = test::kTestNoise;
+  const auto keeper = [&] { return MapKeeper(test::kTestCamera, config, loaded); };
+  std::vector<std::unique_ptr<MappingSchedule>> schedules;
+  schedules.push_back(make_lockstep_mapping(keeper(), std::nullopt));
+  schedules.push_back(make_realtime_mapping(keeper(), std::nullopt, 3));
+  return schedules;
+}
+
+constexpr double kElsewhere = test::KeyframeWalk::kElsewhere;
+
+void step(MappingSchedule& schedule, test::KeyframeWalk& walk, const test::View& view,
+          const SE3& error = {}) {
+  KeyframeCandidate next;
+  schedule.read(
+      [&](const Map& map, const std::vector<MappingRecord>&) { next = walk.step(view, map, error); });
+  schedule.submit({.candidate = next});
+}
+
+// Three views of a place, the first one of all being the map's first.
+void visit(MappingSchedule& schedule, test::KeyframeWalk& walk, double degrees, const SE3& error = {}) {
+  for (int i = 0; i < 3; ++i) {
+    const test::View view = walk.look(degrees, i);
+    if (!schedule.local_map()) {
+      schedule.start({.candidate = walk.start(view)});
+    } else {
+      step(schedule, walk, view, i == 0 ? error : SE3{});
+    }
+    schedule.finish();
+  }
+}
+
+TEST(MappingSchedule, ALostFrameIsFollowedByALocalMapAroundItsPlace) {
+  for (const auto& schedule : schedules_of_points()) {
+    test::KeyframeWalk walk;
+    visit(*schedule, walk, 0.0);
+    visit(*schedule, walk, kElsewhere);
+    const auto before = schedule->local_map();
+    schedule->find_place(test::lost_frame(walk.look(2.0 * kElsewhere, 0)));
+    schedule->finish();
+    EXPECT_EQ(schedule->local_map(), before) << "nobody knows that place";
+    const test::View view = walk.look(0.0, 1);
+    schedule->find_place(test::lost_frame(view));
+    schedule->finish();
+    const auto local = schedule->local_map();
+    ASSERT_TRUE(local->found);
+    EXPECT_LT(test::pose_difference(*local->found, view.T_cw), 0.01);
+    EXPECT_LT(local->centre, KeyframeId{3});
+    ASSERT_EQ(schedule->events().size(), 1U);
+    EXPECT_EQ(schedule->events()[0].kind, PlaceEvent::Kind::kRelocalized);
+  }
+}
+
+TEST(MappingSchedule, ALocalMapAroundAnotherKeyframeFollowsWhenItIsAskedFor) {
+  for (const auto& schedule : schedules_of_points()) {
+    test::KeyframeWalk walk;
+    visit(*schedule, walk, 0.0);
+    visit(*schedule, walk, kElsewhere);
+    ASSERT_EQ(schedule->local_map()->centre, KeyframeId{5});
+    schedule->move_to(KeyframeId{1});
+    schedule->finish();
+    EXPECT_EQ(schedule->local_map()->centre, KeyframeId{1});
+    EXPECT_FALSE(schedule->local_map()->found);
+    EXPECT_TRUE(schedule->events().empty());
+  }
+}
+
+TEST(MappingSchedule, AfterFinishALoopIsClosedAndSettled) {
+  for (const auto& schedule : schedules_of_points()) {
+    test::KeyframeWalk walk;
+    visit(*schedule, walk, 0.0);
+    visit(*schedule, walk, kElsewhere, SE3(Eigen::Quaterniond::Identity(), {0.15, 0.0, 0.0}));
+    visit(*schedule, walk, 0.0);
+    ASSERT_EQ(schedule->events().size(), 1U);
+    EXPECT_EQ(schedule->events()[0].kind, PlaceEvent::Kind::kLoop);
+    EXPECT_EQ(schedule->local_map()->corrections, 2) << "the loop and the global bundle adjustment";
+    EXPECT_EQ(schedule->local_map()->centre, KeyframeId{8});
+    schedule->read([](const Map& map, const std::vector<MappingRecord>& records) {
+      EXPECT_EQ(records.size(), 9U);
+      EXPECT_LT(test::pose_difference(map.pose_of(KeyframeId{8}), test::KeyframeWalk::pose(0.0, 2)), 0.01);
+      expect_consistent(map);
+    });
+  }
+}
+
+TEST(MappingSchedule, WithALoadedMapThereIsALocalMapFromTheBeginning) {
+  test::KeyframeWalk walk;
+  std::optional<Map> loaded;
+  const auto first = std::move(schedules_of_points().front());
+  visit(*first, walk, 0.0);
+  first->read([&](const Map& map, const std::vector<MappingRecord>&) { loaded = map; });
+  for (const auto& schedule : schedules_of_points(loaded)) {
+    ASSERT_TRUE(schedule->local_map());
+    EXPECT_EQ(schedule->local_map()->centre, KeyframeId{2});
+    schedule->find_place(test::lost_frame(walk.look(0.0, 1)));
+    schedule->finish();
+    EXPECT_TRUE(schedule->local_map()->found);
+  }
+}
+
+TEST(RealtimeMapping, OneLostFrameIsLookedForAtATime) {
+  const auto schedule = std::move(schedules_of_points().back());
+  test::KeyframeWalk walk;
+  visit(*schedule, walk, 0.0);
+  // While the map is read no search comes to its end: the second frame finds one under way.
+  schedule->read([&](const Map&, const std::vector<MappingRecord>&) {
+    schedule->find_place(test::lost_frame(walk.look(0.0, 0)));
+    schedule->find_place(test::lost_frame(walk.look(0.0, 1)));
+  });
+  schedule->finish();
+  EXPECT_EQ(schedule->events().size(), 1U);
+}
+
+TEST(RealtimeMapping, CanBeAbandonedWhileALoopIsSettled) {
+  for (const bool search : {false, true}) {
+    const auto schedule = std::move(schedules_of_points().back());
+    test::KeyframeWalk walk;
+    visit(*schedule, walk, 0.0);
+    visit(*schedule, walk, kElsewhere, SE3(Eigen::Quaterniond::Identity(), {0.15, 0.0, 0.0}));
+    for (int i = 0; i < 2; ++i) {
+      step(*schedule, walk, walk.look(0.0, i));
+      schedule->finish();
+    }
+    step(*schedule, walk, walk.look(0.0, 2));  // closes the loop
+    if (search) schedule->find_place(test::lost_frame(walk.look(0.0, 1)));
+    // Destroyed here, without finish().
+  }
 }
 
 TEST(RealtimeMapping, CanBeAbandonedWhileLinesAreExtracted) {

@@ -89,6 +89,83 @@ TEST(RunSummary, HoldsVersionSettingCameraMapAndTimes) {
   }
 }
 
+// The camera goes dark for longer than it takes to give up, and comes back to another room: the map is in two
+// parts, the second one of more frames.
+struct TwoRooms {
+  Pipeline pipeline{small_camera(), {}};
+  SequenceRun result;
+  TwoRooms() {
+    std::vector<RgbdFrame> frames = render_all(small_room(6));
+    for (RgbdFrame& frame : render_all(small_room(10))) {
+      RgbdFrame mirrored = frame;
+      cv::flip(frame.color, mirrored.color, 1);
+      cv::flip(frame.depth, mirrored.depth, 1);
+      frames.push_back(std::move(mirrored));
+    }
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      frames[i].index = i;
+      frames[i].timestamp = static_cast<double>(i) / 30.0 + (i < 7 ? 0.0 : 5.0);
+    }
+    frames[6].color = cv::Mat(frames[6].color.size(), frames[6].color.type(), cv::Scalar::all(0));
+    KeptFrames source(std::move(frames));
+    result = run_sequence(source, pipeline);
+  }
+};
+
+TEST(RunSummary, ListsThePartsOfTheMapTheLargestFirst) {
+  const TwoRooms run;
+  const std::size_t lost = run.result.count(TrackingState::kLost);
+  ASSERT_EQ(run.result.count(TrackingState::kTracking) + lost, 16U);
+  ASSERT_LE(lost, 2U) << "the dark frame, and none of the other room is known";
+  RunSetting setting{"rooms", "default", small_camera(), {}, 0};
+  const auto map_of = [&] { return run_summary(run.result, setting, run.pipeline, nullptr)["map"]; };
+  const nlohmann::ordered_json map = map_of();
+  EXPECT_TRUE(map["loaded"].is_null());
+  EXPECT_EQ(map["localize_only"], false);
+  ASSERT_EQ(map["parts"].size(), 2U);
+  EXPECT_EQ(map["parts"][0]["part"], 1);
+  EXPECT_EQ(map["parts"][0]["tracked"], 10 - lost);
+  EXPECT_EQ(map["parts"][0]["loaded"], false);
+  EXPECT_EQ(map["parts"][1]["part"], 0);
+  EXPECT_EQ(map["parts"][1]["tracked"], 6);
+  EXPECT_EQ(run.pipeline.trajectory().size(), map["parts"][0]["tracked"].get<std::size_t>());
+  EXPECT_EQ(run.pipeline.keyframe_parts().front().part, PartId{1});
+  EXPECT_THAT(run_text(run.result, run.pipeline),
+              HasSubstr("  6 frames are in part 0 of the map, which was not joined to the rest\n"));
+
+  setting.loaded_map = "old.map";
+  setting.loaded_parts = 1;
+  EXPECT_EQ(map_of()["loaded"], "old.map");
+  EXPECT_EQ(map_of()["parts"][0]["loaded"], false);
+  EXPECT_EQ(map_of()["parts"][1]["loaded"], true);
+}
+
+TEST(RunSummary, ListsThePlacesThatWereRecognised) {
+  const std::vector<RgbdFrame> frames = render_all(small_room(8));
+  Pipeline first(small_camera(), {});
+  for (const RgbdFrame& frame : frames) (void)first.process(frame);
+  std::optional<Map> map;
+  first.mapping().read([&](const Map& made, const std::vector<MappingRecord>&) { map = made; });
+  EXPECT_TRUE(run_summary({}, {}, first, nullptr)["places"].empty());
+
+  // Of a map that is taken up again the first thing is to find the camera in it. It may well stand where the
+  // local map around the newest keyframe can tell; then no place is asked for.
+  Pipeline again(small_camera(), {}, map, true);
+  KeptFrames source(frames);
+  const SequenceRun run = run_sequence(source, again);
+  EXPECT_EQ(run.count(TrackingState::kTracking), frames.size());
+  const std::vector<PlaceEvent> events = again.mapping().events();
+  const nlohmann::ordered_json places = run_summary(run, {}, again, nullptr)["places"];
+  ASSERT_EQ(places.size(), events.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    EXPECT_EQ(places[i]["what"], "relocalized");
+    EXPECT_EQ(places[i]["frame"], events[i].frame_index);
+    EXPECT_EQ(places[i]["known_frame"], events[i].known_index);
+    EXPECT_EQ(places[i]["inliers"], events[i].inliers);
+    EXPECT_FALSE(places[i].contains("correction_m")) << "of loops alone";
+  }
+}
+
 TEST(TimingsCsv, HasALinePerProcessedFrameWithAsManyFieldsAsItsHeader) {
   const TenFrames run;
   std::istringstream csv(timings_csv(run.result));

@@ -1,4 +1,6 @@
+#include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
 #include <vector>
 
@@ -157,6 +159,106 @@ TEST(SlamApi, NamesWhatIsWrongWithCameraAndSettings) {
   EXPECT_THROW(Slam(small_parameters(), options("default", "", "orb.fast_min_threshold=200")), UserError);
   const Slam slam(small_parameters());
   EXPECT_THROW(slam.save_trajectory("/dev/null/trajectory.txt"), UserError);
+}
+
+SlamOptions with_map(const std::filesystem::path& file, bool localize_only = false) {
+  SlamOptions result;
+  result.map_file = file.string();
+  result.localize_only = localize_only;
+  return result;
+}
+
+// How far from a known pose the camera is put, m.
+double distance(const Pose& pose, const Pose& other) {
+  return std::hypot(pose.tx - other.tx, pose.ty - other.ty, pose.tz - other.tz);
+}
+
+TEST(SlamApi, GoesOnWithAMapThatWasSavedInItsWorld) {
+  const TemporaryFolder folder;
+  const std::vector<RgbdFrame> frames = render_all(small_room(30));
+  Slam first(small_parameters());
+  for (std::size_t i = 0; i < 20; ++i) {
+    (void)first.process(color_view(frames[i]), depth_view(frames[i]), frames[i].timestamp);
+  }
+  first.save_map(folder / "room.map");
+  const std::vector<TimedPose> before = first.trajectory();
+  ASSERT_EQ(before.size(), 20U);
+  for (const bool localize_only : {false, true}) {
+    Slam second(small_parameters(), with_map(folder / "room.map", localize_only));
+    EXPECT_TRUE(second.keyframes().empty()) << "what was loaded was not made";
+    // Frame 10 again, and on from there: its world would begin at frame 10 if it had not recognised the
+    // place.
+    for (std::size_t i = 10; i < 30; ++i) {
+      const TrackingResult result =
+          second.process(color_view(frames[i]), depth_view(frames[i]), frames[i].timestamp);
+      ASSERT_EQ(result.state, TrackingState::kTracking) << "frame " << i;
+      EXPECT_FALSE(localize_only && result.keyframe);
+      // The two runs see the same from the same places: centimetres remain.
+      if (i < 20) EXPECT_LT(distance(result.T_wc, before[i].T_wc), 0.02) << "frame " << i;
+    }
+    EXPECT_GT(distance(before[10].T_wc, Pose{}), 0.05) << "or else the check above says nothing";
+    EXPECT_EQ(second.trajectory().size(), 20U);
+    EXPECT_EQ(second.keyframes().empty(), localize_only);
+  }
+}
+
+TEST(SlamApi, LocalizingLeavesTheMapAsItIs) {
+  const TemporaryFolder folder;
+  const std::vector<RgbdFrame> frames = render_all(small_room(12));
+  Slam first(small_parameters());
+  for (const RgbdFrame& f : frames) (void)first.process(color_view(f), depth_view(f), f.timestamp);
+  first.save_map(folder / "room.map");
+  const std::string saved = testing::content_of(folder / "room.map");
+  Slam second(small_parameters(), with_map(folder / "room.map", true));
+  for (const RgbdFrame& f : frames) (void)second.process(color_view(f), depth_view(f), f.timestamp);
+  // Nor does a camera that is lost for long start a part of its own.
+  const RgbdFrame& last = frames.back();
+  const cv::Mat black = cv::Mat::zeros(last.color.size(), last.color.type());
+  for (const double later : {1.0, 5.0, 9.0}) {
+    EXPECT_EQ(second.process(view(black, PixelFormat::kBgr8), depth_view(last), last.timestamp + later).state,
+              TrackingState::kLost);
+  }
+  second.save_map(folder / "again.map");
+  EXPECT_EQ(testing::content_of(folder / "again.map"), saved);
+}
+
+TEST(SlamApi, AMapCanBeSavedOntoTheOneThatWasLoaded) {
+  const TemporaryFolder folder;
+  const std::vector<RgbdFrame> frames = render_all(small_room(12));
+  const auto file = folder / "room.map";
+  for (const bool goes_on : {false, true}) {
+    Slam slam(small_parameters(), goes_on ? with_map(file) : SlamOptions());
+    for (const RgbdFrame& f : frames) (void)slam.process(color_view(f), depth_view(f), f.timestamp);
+    slam.save_map(file);
+  }
+  EXPECT_NO_THROW(Slam(small_parameters(), with_map(file)));
+}
+
+TEST(SlamApi, SavingAMapWaitsForARealtimeMapper) {
+  const TemporaryFolder folder;
+  const std::vector<RgbdFrame> frames = render_all(small_room(12));
+  Slam slam(small_parameters(), options("default", "", "schedule.mode=realtime"));
+  for (const RgbdFrame& f : frames) (void)slam.process(color_view(f), depth_view(f), f.timestamp);
+  slam.save_map(folder / "a.map");
+  slam.save_map(folder / "b.map");
+  EXPECT_EQ(testing::content_of(folder / "a.map"), testing::content_of(folder / "b.map"));
+}
+
+TEST(SlamApi, NamesWhatIsWrongWithAMap) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(Slam(small_parameters(), with_map({}, true)), std::invalid_argument);
+  EXPECT_THROW(Slam(small_parameters(), with_map(folder / "nowhere.map")), UserError);
+  EXPECT_THROW(Slam(small_parameters(), with_map(folder.write("text.map", "dear diary"))), UserError);
+  Slam slam(small_parameters());
+  EXPECT_THROW(slam.save_map(folder / "early.map"), UserError) << "there is none yet";
+  EXPECT_FALSE(std::filesystem::exists(folder / "early.map"));
+  const RgbdFrame frame = render_all(small_room(1))[0];
+  (void)slam.process(color_view(frame), depth_view(frame), frame.timestamp);
+  EXPECT_THROW(slam.save_map("/dev/null/room.map"), UserError);
+  slam.save_map(folder / "room.map");
+  CameraParameters other = small_parameters();
+  other.fx += 1.0;
+  EXPECT_THROW(Slam(other, with_map(folder / "room.map")), UserError);
 }
 
 TEST(SlamApi, CanBeMoved) {
