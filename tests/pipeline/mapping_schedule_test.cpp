@@ -19,11 +19,6 @@ using testing::small_room;
 MapKeeper keeper() {
   return {small_camera(), Config{}};
 }
-options
-}
-, options.local_map
-};
-}
 
 KeyframeLines keyframe_lines() {
   return {LineExtractor(LineMethod::kEdges, LineOptions{}, small_camera(), DepthNoiseOptions{}),
