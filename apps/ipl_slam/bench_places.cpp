@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,7 +19,6 @@
 #include "common/log.hpp"
 #include "common/progress.hpp"
 #include "common/stopwatch.hpp"
-#include "dataset/association.hpp"
 #include "dataset/prefetching_source.hpp"
 #include "evaluation/precision_recall_plot.hpp"
 #include "evaluation/statistics.hpp"
@@ -25,8 +26,8 @@
 #include "features/orb_extractor.hpp"
 #include "loop/place_index.hpp"
 #include "loop/place_verifier.hpp"
+#include "mapped_sequence.hpp"
 #include "output.hpp"
-#include "segmentation/class_role.hpp"
 #include "segmentation/make_segmenter.hpp"
 #include "segmenter_choice.hpp"
 #include "sequence_input.hpp"
@@ -39,15 +40,19 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+// Two views show one place when either sees so much of the other, and different ones below the second share.
 constexpr double kPositiveShare = 0.5, kNegativeShare = 0.1;
+
+// A view is where it was said to be when its pose relative to the keyframe is true to this: some times the
+// error of the truth (Sturm et al., IROS 2012: 1 cm, 0.5 degrees) and of its time.
+constexpr double kMaxError = 0.1;       // m
+constexpr double kMaxErrorAngle = 5.0;  // degrees
 
 struct BenchPlacesOptions {
   std::vector<fs::path> sequences;
   fs::path output;
   SequenceOptions settings;
   SegmenterChoice segmenter;
-  PlaceIndexOptions index;
-  std::vector<std::string> index_settings;
   double gap = 5.0;
   int every = 1;
   bool together = false;
@@ -55,35 +60,35 @@ struct BenchPlacesOptions {
 
 // A frame with a true pose.
 struct View {
-  std::size_t sequence = 0;
   double timestamp = 0.0;
   DepthView depth;
-  std::shared_ptr<const Frame> frame;
+  Frame frame;
   FeatureTrust trust;                   // 0 for what may move by itself
   std::vector<Descriptor> descriptors;  // of the others
 };
 
-struct SequenceViews {
-  std::string name;
-  Camera camera;
-  Config config;
-  std::vector<View> views;
-};
-
 enum class Relation { same, different, unclear };
 
-// An answer that was checked by geometry.
-struct Verified {
-  int inliers = 0;
-  double error = 0.0;  // of the position, m
-  Relation relation = Relation::unclear;
+const char* to_string(Relation relation) {
+  return relation == Relation::same ? "same" : relation == Relation::different ? "different" : "unclear";
+}
+
+// Where a view was said to be, and whether it is there.
+struct Answer {
+  PlaceMatch match;
+  std::size_t known_frame = 0;            // the keyframe's
+  Relation relation = Relation::unclear;  // of the view and the keyframe
+  double error = 0.0, error_angle = 0.0;  // of the pose, m and degrees; infinite in another sequence
+  [[nodiscard]] bool right() const { return error <= kMaxError && error_angle <= kMaxErrorAngle; }
 };
 
 // What is known of one query.
 struct Query {
-  std::vector<PlaceCandidate> candidates;
-  std::vector<Relation> relations;  // of the candidates
-  std::optional<Verified> verified;
+  std::size_t sequence = 0, frame = 0;
+  std::vector<double> scores;        // of the candidates
+  std::vector<Relation> relations;   // the same
+  std::vector<Answer> verified;      // of the candidates, those that geometry accepts
+  std::optional<Answer> recognised;  // by the loop closer
   bool has_positive = false, has_negative = false;
   double milliseconds = 0.0;
 
@@ -92,22 +97,29 @@ struct Query {
                                      [](Relation relation) { return relation != Relation::unclear; });
     if (answer == relations.end()) return {has_positive, {}, false};
     const auto rank = static_cast<std::size_t>(answer - relations.begin());
-    return {has_positive, candidates[rank].score, *answer == Relation::same};
+    return {has_positive, scores[rank], *answer == Relation::same};
   }
   [[nodiscard]] RetrievalOutcome verification() const {
-    if (!verified) return {has_positive, {}, false};
-    return {has_positive, verified->inliers, verified->relation == Relation::same};
+    const auto best =
+        std::max_element(verified.begin(), verified.end(),
+                         [](const Answer& a, const Answer& b) { return a.match.inliers < b.match.inliers; });
+    return best == verified.end() ? RetrievalOutcome{has_positive, {}, false} : outcome(*best);
+  }
+  [[nodiscard]] RetrievalOutcome recognition() const {
+    return recognised ? outcome(*recognised) : RetrievalOutcome{has_positive, {}, false};
   }
   [[nodiscard]] bool found_within(std::size_t k) const {
     const auto end = relations.begin() + static_cast<std::ptrdiff_t>(std::min(k, relations.size()));
     return std::find(relations.begin(), end, Relation::same) != end;
   }
-};
 
-// What moves by itself, and what a segmenter without classes took for something that moves.
-bool may_walk_off(const Instance& instance) {
-  return instance.class_name == "unknown" || class_role(instance.class_name) == ClassRole::likely_mover;
-}
+ private:
+  // A right answer where nothing had to be found is neither for nor against.
+  [[nodiscard]] RetrievalOutcome outcome(const Answer& answer) const {
+    if (answer.right() && !has_positive) return {false, {}, false};
+    return {has_positive, answer.match.inliers, answer.right()};
+  }
+};
 
 BitMask moving_in(const RgbdFrame& frame, Segmenter* segmenter) {
   BitMask moving(frame.color.size());
@@ -118,40 +130,21 @@ BitMask moving_in(const RgbdFrame& frame, Segmenter* segmenter) {
   return moving;
 }
 
-View make_view(std::size_t sequence, const RgbdFrame& image, Features features, const BitMask& moving,
-               DepthView depth) {
-  View view{sequence, image.timestamp, std::move(depth), {}, {}, {}};
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    const bool moves = covers(moving, features.keypoints[i].pixel.cast<double>());
+View make_view(const RgbdFrame& image, Features features, const BitMask& moving, DepthView depth) {
+  FeatureGrid grid(features);
+  View view{image.timestamp,
+            std::move(depth),
+            {image.index, image.timestamp, std::move(features), std::move(grid)},
+            {},
+            {}};
+  for (std::size_t i = 0; i < view.frame.features.size(); ++i) {
+    const bool moves = covers(moving, view.frame.features.keypoints[i].pixel.cast<double>());
     view.trust.weights.push_back(moves ? 0.0 : 1.0);
-    if (!moves) view.descriptors.push_back(features.descriptors[i]);
+    if (!moves) view.descriptors.push_back(view.frame.features.descriptors[i]);
   }
-  view.trust.regions.resize(features.size());
-  const FeatureGrid grid(features);
-  view.frame = std::make_shared<const Frame>(Frame{image.index, image.timestamp, std::move(features), grid});
+  view.trust.regions.resize(view.frame.features.size());
   return view;
 }
-
-// Poses at the times of the frames, where there is one.
-class TruePoses {
- public:
-  explicit TruePoses(Trajectory truth) : truth_(std::move(truth)) {}
-
-  [[nodiscard]] std::optional<SE3> at(double timestamp) const {
-    const auto after = std::lower_bound(truth_.begin(), truth_.end(), timestamp,
-                                        [](const StampedPose& p, double t) { return p.timestamp < t; });
-    auto nearest = after;
-    if (after == truth_.end() ||
-        (after != truth_.begin() && timestamp - std::prev(after)->timestamp < after->timestamp - timestamp)) {
-      nearest = std::prev(after);
-    }
-    if (std::abs(nearest->timestamp - timestamp) >= kAssociationWindow) return std::nullopt;
-    return nearest->T_wc;
-  }
-
- private:
-  Trajectory truth_;
-};
 
 // A relative folder of masks is looked for in the sequence first.
 SegmenterChoice masks_of(SegmenterChoice choice, const fs::path& sequence) {
@@ -162,152 +155,182 @@ SegmenterChoice masks_of(SegmenterChoice choice, const fs::path& sequence) {
   return choice;
 }
 
-SequenceViews read_views(const BenchPlacesOptions& options, const fs::path& folder, std::size_t number) {
-  SequenceOptions settings = options.settings;
-  settings.folder = folder;
-  Config config = settings.load_config();
-  masks_of(options.segmenter, folder).apply(config);
-  SequenceViews sequence{folder.lexically_normal().string(), settings.load_camera(), config, {}};
-  auto dataset = std::make_unique<TumDataset>(folder, sequence.camera);
-  const std::optional<Trajectory> truth = read_ground_truth(*dataset);
-  if (!truth) {
-    throw UserError(
-        fmt::format("'{}' has no usable groundtruth.txt, which this measure needs", sequence.name));
-  }
-  const TruePoses poses(*truth);
-  const std::unique_ptr<Segmenter> segmenter =
-      make_segmenter(config.segmentation, sequence.camera, config.schedule.seed);
-  OrbExtractor extractor(config.orb, sequence.camera, config.depth);
-  const std::size_t limit = settings.max_frames > 0 ? settings.max_frames : dataset->size();
-  PrefetchingSource source(std::move(dataset));
-  std::optional<ProgressBar> bar;
-  if (says_remarks()) bar.emplace(folder.filename().string(), std::min(limit, source.size()));
-  for (std::size_t count = 0; count < limit && !interrupted(); ++count) {
-    const std::optional<SourceItem> item = source.next();
-    if (!item) break;
-    if (bar) bar->advance(1);
-    if (!item->frame || count % static_cast<std::size_t>(options.every) != 0) continue;
-    const RgbdFrame& frame = *item->frame;
-    const BitMask moving = moving_in(frame, segmenter.get());
-    const std::optional<SE3> T_wc = poses.at(frame.timestamp);
-    if (!T_wc) continue;
-    sequence.views.push_back(make_view(number, frame, extractor.extract(frame.color, frame.depth), moving,
-                                       make_depth_view(frame.depth, *T_wc, sequence.camera, moving)));
-  }
-  return sequence;
-}
-
-Relation relation_of(const View& a, const View& b, const Camera& camera) {
-  if (a.sequence != b.sequence) return Relation::different;
+Relation relation_of(const DepthView& a, const DepthView& b, const Camera& camera) {
   const auto judge = [](double share) {
     if (share >= kPositiveShare) return Relation::same;
     return share < kNegativeShare ? Relation::different : Relation::unclear;
   };
-  const Relation relation = judge(seen_share(a.depth, b.depth, camera));
-  if (relation == Relation::unclear || judge(seen_share(b.depth, a.depth, camera)) != relation) {
-    return Relation::unclear;
-  }
+  const Relation relation = judge(seen_share(a, b, camera));
+  if (relation == Relation::unclear || judge(seen_share(b, a, camera)) != relation) return Relation::unclear;
   return relation;
 }
 
-// A map of the views at their true poses, in which candidates are verified. Keyframes get the ids 0, 1, ...
-class TrueMap {
- public:
-  explicit TrueMap(const Config& config) : map_(ScalePyramid(config.orb.levels, config.orb.scale_factor)) {}
-
-  // What the frame before it saw is observed again where it shows; every other keypoint with depth is a new
-  // point.
-  void add(const View& view, const SequenceViews& sequence, bool first_of_sequence) {
-    const SE3 T_cw = view.depth.T_wc.inverse();
-    const KeyframeId before = map_.newest_keyframe();
-    std::vector<PointId> points(view.frame->features.size());
-    if (!first_of_sequence) {
-      const GuidedSearch search(sequence.camera, map_.pyramid(), sequence.config.depth, {},
-                                sequence.config.tracking.pose);
-      constexpr double radius = 4.0;  // pixels; the poses are good to one or two
-      points = search.place(map_, {*view.frame, view.trust}, landmarks_around(map_, before, 0), T_cw, radius)
-                   .points;
+// A sequence, asked for the place of its views among what was mapped of it before.
+struct Sequence {
+  Sequence(const BenchPlacesOptions& options, const fs::path& folder)
+      : name(folder.lexically_normal().string()) {
+    SequenceOptions settings = options.settings;
+    settings.folder = folder;
+    config = settings.load_config();
+    masks_of(options.segmenter, folder).apply(config);
+    camera = settings.load_camera();
+    auto dataset = std::make_unique<TumDataset>(folder, camera);
+    std::optional<Trajectory> trajectory = read_ground_truth(*dataset);
+    if (!trajectory) {
+      throw UserError(fmt::format("'{}' has no usable groundtruth.txt, which this measure needs", name));
     }
-    const PartId part = first_of_sequence ? map_.new_part() : map_.part_of(before);
-    const KeyframeId id = map_.add_keyframe(view.frame, T_cw, nullptr, view.trust, {}, part);
-    for (std::uint32_t k = 0; k < points.size(); ++k) {
-      const Keypoint& keypoint = view.frame->features.keypoints[k];
-      if (view.trust.weight(k) <= 0.0) continue;
-      if (points[k].valid()) {
-        map_.add_observation(points[k], id, k);
-        map_.refresh(points[k]);
-      } else if (keypoint.depth > 0.0F) {
-        const Eigen::Vector3d p_c =
-            sequence.camera.unproject(keypoint.undistorted.cast<double>(), keypoint.depth);
-        map_.refresh(map_.add_point(view.depth.T_wc * p_c, id, k));
-      }
-    }
+    truth = std::make_unique<TruePoses>(std::move(*trajectory));
+    mapped = std::make_unique<MappedSequence>(camera, config, std::move(dataset), *truth);
   }
 
-  // The first candidate that geometry accepts, those left out that are neither right nor wrong.
-  [[nodiscard]] std::optional<Verified> verify(const View& view, const SequenceViews& sequence,
-                                               const Query& query) const {
-    const PlaceVerifier verifier(sequence.camera, map_.pyramid(), sequence.config.depth, {},
-                                 sequence.config.tracking.pose);
-    for (std::size_t i = 0; i < query.candidates.size(); ++i) {
-      if (query.relations[i] == Relation::unclear) continue;
-      const auto match = verifier.verify(map_, {*view.frame, view.trust}, query.candidates[i].keyframe);
-      if (!match) continue;
-      const SE3 T_wc = match->T_cw.inverse();
-      return Verified{match->inliers, (T_wc.translation() - view.depth.T_wc.translation()).norm(),
-                      query.relations[i]};
-    }
-    return std::nullopt;
-  }
-
- private:
-  Map map_;
+  std::string name;
+  Camera camera;
+  Config config;
+  std::unique_ptr<TruePoses> truth;
+  std::unique_ptr<MappedSequence> mapped;
+  std::size_t views = 0;
 };
 
-// Asks for each view among those before it, then adds it.
-std::vector<Query> ask(const BenchPlacesOptions& options, const std::vector<SequenceViews>& sequences) {
-  std::size_t total = 0;
-  for (const SequenceViews& sequence : sequences) total += sequence.views.size();
-  std::optional<ProgressBar> bar;
-  if (says_remarks()) bar.emplace("queries", total);
-  std::vector<Query> queries;
-  std::vector<const View*> added;  // by keyframe id
-  std::optional<PlaceIndex> index;
-  std::optional<TrueMap> map;
-  for (const SequenceViews& sequence : sequences) {
-    if (!index || !options.together) {
-      index.emplace(options.index);
-      map.emplace(sequence.config);
-      added.clear();
-    }
-    for (const View& view : sequence.views) {
-      if (interrupted()) return queries;
+// Asks each view for its place among what was mapped before it.
+class Examination {
+ public:
+  explicit Examination(const BenchPlacesOptions& options) : options_(options) {}
+
+  void add_sequence(const fs::path& folder) {
+    if (!options_.together) index_.reset();
+    if (!index_) known_.clear();
+    sequences_.push_back(std::make_unique<Sequence>(options_, folder));
+    Sequence& sequence = *sequences_.back();
+    if (!index_) index_.emplace(sequence.config.loops.index);
+    const std::unique_ptr<Segmenter> segmenter =
+        make_segmenter(sequence.config.segmentation, sequence.camera, sequence.config.schedule.seed);
+    OrbExtractor extractor(sequence.config.orb, sequence.camera, sequence.config.depth);
+    PrefetchingSource source(std::make_unique<TumDataset>(folder, sequence.camera));
+    const std::size_t limit = options_.settings.max_frames > 0 ? options_.settings.max_frames : source.size();
+    std::optional<ProgressBar> bar;
+    if (says_remarks()) bar.emplace(folder.filename().string(), std::min(limit, source.size()));
+    for (std::size_t count = 0; count < limit && !interrupted(); ++count) {
+      const std::optional<SourceItem> item = source.next();
+      if (!item) break;
       if (bar) bar->advance(1);
-      const auto eligible = [&](KeyframeId id) {
-        const View& other = *added[id.value];
-        return other.sequence != view.sequence || view.timestamp - other.timestamp > options.gap;
-      };
-      Query query;
-      const Stopwatch stopwatch;
-      query.candidates = index->query(view.descriptors, eligible);
-      query.milliseconds = stopwatch.milliseconds();
-      std::vector<Relation> relations(added.size(), Relation::unclear);
-      for (std::uint32_t i = 0; i < added.size(); ++i) {
-        if (!eligible(KeyframeId{i})) continue;
-        relations[i] = relation_of(view, *added[i], sequence.camera);
-        query.has_positive |= relations[i] == Relation::same;
-        query.has_negative |= relations[i] == Relation::different;
-      }
-      for (const PlaceCandidate& c : query.candidates) query.relations.push_back(relations[c.keyframe.value]);
-      query.verified = map->verify(view, sequence, query);
-      if (query.has_positive || query.has_negative) queries.push_back(std::move(query));
-      index->add(KeyframeId{static_cast<std::uint32_t>(added.size())}, view.descriptors);
-      map->add(view, sequence, &view == &sequence.views.front());
-      added.push_back(&view);
+      if (!item->frame || count % static_cast<std::size_t>(options_.every) != 0) continue;
+      const RgbdFrame& frame = *item->frame;
+      const std::optional<SE3> T_wc = sequence.truth->at(frame.timestamp);
+      if (!T_wc) continue;
+      const BitMask moving = moving_in(frame, segmenter.get());
+      ask(make_view(frame, extractor.extract(frame.color, frame.depth), moving,
+                    make_depth_view(frame.depth, *T_wc, sequence.camera, moving)));
     }
+    if (options_.together) learn(std::numeric_limits<double>::infinity());
   }
-  return queries;
-}
+
+  [[nodiscard]] const std::vector<std::unique_ptr<Sequence>>& sequences() const { return sequences_; }
+  [[nodiscard]] const std::vector<Query>& queries() const { return queries_; }
+
+ private:
+  // A keyframe in the index, whose ids are those of the places.
+  struct Place {
+    std::size_t sequence = 0;
+    KeyframeId keyframe;
+  };
+
+  // What the present sequence showed before `timestamp` is known from now on.
+  void learn(double timestamp) {
+    Sequence& sequence = *sequences_.back();
+    sequence.mapped->advance(timestamp);
+    sequence.mapped->read([&](const Map& map) {
+      map.keyframes().for_each([&](KeyframeId id, const Keyframe& keyframe) {
+        const bool known = !known_.empty() && known_.back().sequence == sequences_.size() - 1 &&
+                           id <= known_.back().keyframe;
+        if (known) return;
+        index_->add(KeyframeId{static_cast<std::uint32_t>(known_.size())},
+                    static_descriptors(view_of(keyframe)));
+        known_.push_back({sequences_.size() - 1, id});
+      });
+    });
+  }
+
+  void ask(const View& view) {
+    Sequence& sequence = *sequences_.back();
+    ++sequence.views;
+    learn(view.timestamp - options_.gap);
+    Query query;
+    query.sequence = sequences_.size() - 1;
+    query.frame = view.frame.index;
+    std::vector<Relation> relations;
+    std::vector<bool> eligible;
+    for (const Place& place : known_) {
+      with_keyframe(place, [&](const Map&, const Keyframe* keyframe) {
+        eligible.push_back(keyframe != nullptr);
+        relations.push_back(keyframe ? relation(view, place, *keyframe) : Relation::unclear);
+      });
+      query.has_positive |= relations.back() == Relation::same;
+      query.has_negative |= relations.back() == Relation::different;
+    }
+    if (!query.has_positive && !query.has_negative) return;
+
+    const Stopwatch stopwatch;
+    const std::vector<PlaceCandidate> candidates =
+        index_->query(view.descriptors, [&](KeyframeId id) { return eligible[id.value]; });
+    query.milliseconds = stopwatch.milliseconds();
+    const PlaceView asked{view.frame, view.trust};
+    const PlaceVerifier verifier(sequence.camera,
+                                 ScalePyramid(sequence.config.orb.levels, sequence.config.orb.scale_factor),
+                                 sequence.config.depth, sequence.config.loops.verifier,
+                                 sequence.config.tracking.pose, sequence.config.schedule.seed);
+    for (const PlaceCandidate& candidate : candidates) {
+      const Place& place = known_[candidate.keyframe.value];
+      query.scores.push_back(candidate.score);
+      query.relations.push_back(relations[candidate.keyframe.value]);
+      with_keyframe(place, [&](const Map& map, const Keyframe*) {
+        auto match = verifier.verify(map, asked, place.keyframe);
+        if (match) query.verified.push_back(judge(view, place.sequence, map, std::move(*match)));
+      });
+    }
+    for (std::size_t s = known_.empty() ? sequences_.size() : known_.front().sequence; s < sequences_.size();
+         ++s) {
+      auto match = sequences_[s]->mapped->find(asked);
+      if (!match || (query.recognised && match->inliers <= query.recognised->match.inliers)) continue;
+      sequences_[s]->mapped->read(
+          [&](const Map& map) { query.recognised = judge(view, s, map, std::move(*match)); });
+    }
+    queries_.push_back(std::move(query));
+  }
+
+  // Calls fn(map, keyframe); null where the keyframe was taken out of the map.
+  template <class Fn>
+  void with_keyframe(const Place& place, Fn&& fn) const {
+    sequences_[place.sequence]->mapped->read([&](const Map& map) {
+      fn(map, map.keyframes().contains(place.keyframe) ? &map.keyframes()[place.keyframe] : nullptr);
+    });
+  }
+
+  [[nodiscard]] Relation relation(const View& view, const Place& place, const Keyframe& keyframe) const {
+    if (place.sequence != sequences_.size() - 1) return Relation::different;
+    const DepthView* seen = sequences_.back()->mapped->seen_by(keyframe);
+    return seen ? relation_of(view.depth, *seen, sequences_.back()->camera) : Relation::unclear;
+  }
+
+  [[nodiscard]] Answer judge(const View& view, std::size_t sequence, const Map& map, PlaceMatch match) const {
+    const Keyframe& keyframe = map.keyframes()[match.keyframe];
+    Answer answer{std::move(match), keyframe.frame->index};
+    answer.relation = relation(view, {sequence, answer.match.keyframe}, keyframe);
+    answer.error = answer.error_angle = std::numeric_limits<double>::infinity();
+    const DepthView* seen = sequences_[sequence]->mapped->seen_by(keyframe);
+    if (sequence != sequences_.size() - 1 || !seen) return answer;
+    const SE3 found = answer.match.T_cw * keyframe.T_cw.inverse();
+    const SE3 error = found * (seen->T_wc.inverse() * view.depth.T_wc);
+    answer.error = error.translation().norm();
+    answer.error_angle = error.angle() * 180.0 / std::numbers::pi;
+    return answer;
+  }
+
+  BenchPlacesOptions options_;
+  std::vector<std::unique_ptr<Sequence>> sequences_;
+  std::optional<PlaceIndex> index_;
+  std::vector<Place> known_;  // by id in the index
+  std::vector<Query> queries_;
+};
 
 double recall_within(const std::vector<Query>& queries, std::size_t k) {
   std::size_t findable = 0, found = 0;
@@ -328,6 +351,21 @@ std::string curves_csv(const std::vector<NamedCurve>& curves) {
   return csv;
 }
 
+std::string matches_csv(const std::vector<Query>& queries) {
+  std::string csv =
+      "sequence,frame,findable,known_frame,relation,inliers,line_inliers,found_share,cells,deviation,error_m,"
+      "error_deg\n";
+  for (const Query& query : queries) {
+    for (const Answer& a : query.verified) {
+      csv += fmt::format("{},{},{:d},{},{},{},{},{:.4f},{},{:.5f},{:.4f},{:.3f}\n", query.sequence,
+                         query.frame, query.has_positive, a.known_frame, to_string(a.relation),
+                         a.match.inliers, a.match.line_inliers, a.match.found_share, a.match.cells,
+                         a.match.deviation, a.error, a.error_angle);
+    }
+  }
+  return csv;
+}
+
 Json curve_json(const NamedCurve& curve) {
   return {{"method", curve.name},
           {"recall_at_precision_1", recall_at_full_precision(curve.points)},
@@ -335,29 +373,28 @@ Json curve_json(const NamedCurve& curve) {
 }
 
 void bench_places(BenchPlacesOptions options) {
-  for (const std::string& setting : options.index_settings) set_option(options.index, setting);
   make_folder(options.output);
   install_interrupt_handler();
-  std::vector<SequenceViews> sequences;
-  for (const fs::path& folder : options.sequences) {
-    sequences.push_back(read_views(options, folder, sequences.size()));
-  }
-  const std::vector<Query> queries = ask(options, sequences);
+  Examination examination(options);
+  for (const fs::path& folder : options.sequences) examination.add_sequence(folder);
+  const std::vector<Query>& queries = examination.queries();
   if (interrupted()) {
     log().warn("interrupted, nothing is written");
     exit_code() = kInterrupted;
     return;
   }
-  std::vector<RetrievalOutcome> retrieved, verified;
+  std::vector<RetrievalOutcome> retrieved, verified, recognised;
   std::vector<double> times, errors;
   for (const Query& query : queries) {
     retrieved.push_back(query.retrieval());
     verified.push_back(query.verification());
+    recognised.push_back(query.recognition());
     times.push_back(query.milliseconds);
-    if (verified.back().correct) errors.push_back(query.verified->error);
+    if (recognised.back().correct) errors.push_back(query.recognised->error);
   }
   const std::vector<NamedCurve> curves = {{"retrieval", precision_recall(retrieved)},
-                                          {"retrieval and verification", precision_recall(verified)}};
+                                          {"retrieval, verification", precision_recall(verified)},
+                                          {"retrieval, verification, rivals", precision_recall(recognised)}};
   const auto findable =
       std::count_if(queries.begin(), queries.end(), [](const Query& query) { return query.has_positive; });
   if (findable == 0) {
@@ -367,10 +404,9 @@ void bench_places(BenchPlacesOptions options) {
   const Statistics time = run_statistics(times), error = error_statistics(errors);
   Json json = {
       {"version", kVersion}, {"gap", options.gap}, {"every", options.every}, {"together", options.together}};
-  for (const SequenceViews& s : sequences) {
-    json["sequences"].push_back({{"folder", s.name}, {"frames", s.views.size()}});
+  for (const auto& s : examination.sequences()) {
+    json["sequences"].push_back({{"folder", s->name}, {"frames", s->views}});
   }
-  json["settings"] = options_json(option_table(options.index));
   json["queries"] = queries.size();
   json["queries_with_positive"] = findable;
   json["lookup_ms"] = {{"median", time.median}, {"max", time.max}};
@@ -379,6 +415,7 @@ void bench_places(BenchPlacesOptions options) {
   for (const NamedCurve& curve : curves) json["curves"].push_back(curve_json(curve));
   write_file_atomically(options.output / "places.json", json_text(json));
   write_file_atomically(options.output / "places.csv", curves_csv(curves));
+  write_file_atomically(options.output / "matches.csv", matches_csv(queries));
   write_precision_recall_plot(options.output / "places.png", curves,
                               fmt::format("Place recognition, {} queries", queries.size()));
   fmt::print("{} queries, {} with a place to find\n", queries.size(), findable);
@@ -405,11 +442,12 @@ void add_bench_places(CLI::App& bench) {
       ->check(not_empty())
       ->required();
   verb->add_option("-o,--output", o->output,
-                   "Folder for places.json, places.csv and places.png, made if need be")
+                   "Folder for places.json, places.csv, matches.csv and places.png, made if need be")
       ->type_name("OUT_DIR")
       ->check(not_empty())
       ->required();
-  verb->add_option("--gap", o->gap, "Frames closer in time are not compared, seconds")
+  verb->add_option("--gap", o->gap,
+                   "What a frame is looked for in is what was mapped until so many seconds before it")
       ->type_name("S")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
@@ -420,7 +458,6 @@ void add_bench_places(CLI::App& bench) {
   verb->add_flag("--together", o->together,
                  "One index for all sequences, which must show different places: what another sequence shows "
                  "is wrong");
-  verb->add_option("--index", o->index_settings, "A setting of the index, KEY=VALUE")->type_name("KEY=VALUE");
   verb->add_option("--camera", o->settings.camera, "As for 'run'; for all sequences")->type_name("NAME|FILE");
   o->settings.add_settings_to(*verb);
   o->segmenter.add_to(*verb);

@@ -20,15 +20,6 @@ std::pair<double, double> pose_gap(const SE3& T_cw_a, const SE3& T_cw_b) {
   return {T_ab.translation().norm(), degrees(Eigen::AngleAxisd(T_ab.rotation()).angle())};
 }
 
-std::vector<Descriptor> static_descriptors(const PlaceView& view) {
-  std::vector<Descriptor> descriptors;
-  const Features& features = view.frame.features;
-  for (std::size_t k = 0; k < features.size(); ++k) {
-    if (view.trust.weight(k) > 0.0) descriptors.push_back(features.descriptors[k]);
-  }
-  return descriptors;
-}
-
 // Length of the camera's way from one keyframe to another of the same part, by the keyframes between them.
 double path_length(const Map& map, KeyframeId from, KeyframeId to) {
   if (to < from) std::swap(from, to);
@@ -53,7 +44,9 @@ LoopCloser::LoopCloser(const Camera& camera, const ScalePyramid& pyramid, const 
       verifier_(camera, pyramid, noise, options.verifier, pose, seed) {}
 
 void LoopCloser::learn(const Map& map) {
-  map.keyframes().for_each([&](KeyframeId id, const Keyframe&) { note(map, id); });
+  map.keyframes().for_each([&](KeyframeId id, const Keyframe&) {
+    if (!known_.contains(id)) note(map, id);
+  });
 }
 
 void LoopCloser::note(const Map& map, KeyframeId id) {

@@ -74,7 +74,7 @@ class LoopCloser {
   LoopCloser(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
              const LoopOptions& options, const PoseOptimizerOptions& pose, std::uint64_t seed = 0);
 
-  /// Takes note of all keyframes of a map that was loaded.
+  /// Takes note of all keyframes of a map that it does not know yet, such as one that was loaded.
   void learn(const Map& map);
   /// Looks whether keyframe `id`, just mapped, shows a place that is known without its being connected to
   /// it.
