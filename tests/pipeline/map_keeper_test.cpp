@@ -163,9 +163,15 @@ TEST(MapKeeper, ALocalMapIsThereAroundAKeyframeThatWasTakenOutToo) {
   EXPECT_EQ(keeper.around(KeyframeId{1})->centre, map.surviving(KeyframeId{1}));
 }
 
-// A map in which a loop was just closed.
+Config without_pause() {
+  Config config = test_config();
+  config.loops.pause = 0;
+  return config;
+}
+
+// A map in which a loop was just closed; the next place may be recognised at once.
 struct LoopClosed : Kept {
-  LoopClosed() {
+  LoopClosed() : Kept(without_pause()) {
     visit(0.0);
     visit(kElsewhere, kDrift);
     visit(0.0);
