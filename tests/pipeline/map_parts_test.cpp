@@ -6,20 +6,14 @@
 
 #include <gtest/gtest.h>
 
-#include "dataset/temporary_folder.hpp"
-#include "map/map_file.hpp"
-#include "pipeline/loaded_map.hpp"
 #include "pipeline/pipeline.hpp"
 #include "support/kidnapping.hpp"
 
 namespace ipl_slam {
 namespace {
 
-using testing::content_of;
 using testing::KnownWalk;
 using testing::PlacedFrame;
-using testing::recorded;
-using testing::TemporaryFolder;
 using Cut = SplicedSource::Cut;
 
 /// A walk, and the same walk backwards.
@@ -66,10 +60,10 @@ std::optional<SE3> pose_of(const Trajectory& trajectory, double timestamp) {
   return std::nullopt;
 }
 
-/// Largest error of the way from a frame seen before the dark to one of the same walk seen after it, over frames that lie no
-/// more than `within` frames apart in the walk, m. `pairs` tells how many there were.
-double seam_error(const RoundTrip& trip, const SplicedSource& source, std::size_t dark, const Trajectory& trajectory,
-                  std::size_t within, int& pairs) {
+/// Largest error of the way from a frame seen before the dark to one of the same walk seen after it, over
+/// frames that lie no more than `within` frames apart in the walk, m. `pairs` tells how many there were.
+double seam_error(const RoundTrip& trip, const SplicedSource& source, std::size_t dark,
+                  const Trajectory& trajectory, std::size_t within, int& pairs) {
   double worst = 0.0;
   for (std::size_t a = 0; a < dark; ++a) {
     const auto T_wa = pose_of(trajectory, source.timestamp(a));
@@ -80,7 +74,8 @@ double seam_error(const RoundTrip& trip, const SplicedSource& source, std::size_
       const auto T_wb = pose_of(trajectory, source.timestamp(b));
       if (!T_wb || std::max(frame_a, frame_b) - std::min(frame_a, frame_b) > within) continue;
       ++pairs;
-      worst = std::max(worst, testing::way_error(*T_wa, *T_wb, trip.out.T_wc[frame_a], trip.out.T_wc[frame_b]));
+      worst =
+          std::max(worst, testing::way_error(*T_wa, *T_wb, trip.out.T_wc[frame_a], trip.out.T_wc[frame_b]));
     }
   }
   return worst;
@@ -90,12 +85,6 @@ int count(const Pipeline& pipeline, PlaceEvent::Kind kind) {
   int count = 0;
   for (const PlaceEvent& event : pipeline.mapping().events()) count += event.kind == kind ? 1 : 0;
   return count;
-}
-
-Map map_of(const Pipeline& pipeline) {
-  std::optional<Map> copy;
-  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) { copy = map; });
-  return *copy;
 }
 
 // 5 mm were measured.
