@@ -6,14 +6,21 @@
 
 #include <gtest/gtest.h>
 
+#include <ipl_slam/error.hpp>
+
+#include "dataset/temporary_folder.hpp"
+#include "map/map_file.hpp"
+#include "pipeline/loaded_map.hpp"
 #include "pipeline/pipeline.hpp"
 #include "support/kidnapping.hpp"
 
 namespace ipl_slam {
 namespace {
 
+using testing::content_of;
 using testing::KnownWalk;
 using testing::PlacedFrame;
+using testing::TemporaryFolder;
 using Cut = SplicedSource::Cut;
 
 /// A walk, and the same walk backwards.
@@ -102,6 +109,66 @@ TEST(MapParts, OfARenderedRoomThatWereRecordedApartBecomeOne) {
   int pairs = 0;
   EXPECT_LE(seam_error(trip, source, kHome + 1, pipeline.trajectory(), 3, pairs), 0.03);
   EXPECT_GT(pairs, 50);
+}
+
+void save(const std::filesystem::path& file, const Pipeline& pipeline) {
+  pipeline.mapping().read(
+      [&](const Map& map, const std::vector<MappingRecord>&) { save_map(file, map, pipeline.camera()); });
+}
+
+// Takes seconds: the sequence is tracked twice more.
+TEST(MapParts, AreTheSameBytesAgainAndWithAnyNumberOfThreads) {
+  const RoundTrip& trip = round_the_room();
+  const TemporaryFolder folder;
+  const auto written = [&](int threads) {
+    Config config;
+    config.schedule.threads = threads;
+    SplicedSource source = two_parts(trip);
+    Pipeline pipeline(trip.out.camera, config);
+    (void)testing::play(source, pipeline);
+    pipeline.finish();
+    save(folder / "map", pipeline);
+    return trajectory_text(pipeline.trajectory_parts()) + content_of(folder / "map");
+  };
+  EXPECT_TRUE(written(1) == written(2));
+}
+
+// The same frames a second time, in the running map and in the one that was saved and loaded.
+TEST(LoadedMap, GivesThePosesOfTheRunningOneAndIsLeftAloneWhereOnlyPlacesAreAskedFor) {
+  const RoundTrip& trip = round_the_room();
+  const TemporaryFolder folder;
+  SplicedSource first = trip.splice({{0, 0, kHome}});
+  SplicedSource second = trip.splice({{0, 0, kHome}, {0, 0, kHome}});
+  Pipeline running(trip.out.camera, Config{});
+  (void)testing::play(first, running);
+  running.finish();
+  save(folder / "map", running);
+  for (std::size_t i = 0; i <= kHome; ++i) (void)second.next();
+  const std::vector<PlacedFrame> expected = testing::play(second, running);
+
+  for (const bool localize_only : {false, true}) {
+    SplicedSource again = trip.splice({{0, 0, kHome}});
+    Pipeline loaded(trip.out.camera, Config{}, load_fitting_map(folder / "map", trip.out.camera, Config{}),
+                    localize_only);
+    const std::vector<PlacedFrame> placed = testing::play(again, loaded);
+    loaded.finish();
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+      ASSERT_TRUE(placed[i].tracked && expected[i].tracked) << i;
+      EXPECT_LE((placed[i].T_wc.translation() - expected[i].T_wc.translation()).norm(), 0.005) << i;
+    }
+    save(folder / "after", loaded);
+    EXPECT_EQ(content_of(folder / "after") == content_of(folder / "map"), localize_only);
+  }
+}
+
+TEST(LoadedMap, OfAnotherCameraIsRefused) {
+  const TemporaryFolder folder;
+  const Pipeline empty(testing::small_camera(), Config{});
+  save(folder / "map", empty);
+  Camera other = testing::small_camera();
+  other.fx += 1.0;
+  EXPECT_THROW((void)load_fitting_map(folder / "map", other, Config{}), UserError);
+  EXPECT_NO_THROW((void)load_fitting_map(folder / "map", testing::small_camera(), Config{}));
 }
 
 }  // namespace
