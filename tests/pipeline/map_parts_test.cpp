@@ -107,7 +107,9 @@ TEST(MapParts, OfARenderedRoomThatWereRecordedApartBecomeOne) {
   EXPECT_EQ(count(pipeline, PlaceEvent::Kind::kMerge), 1);
   ASSERT_EQ(pipeline.trajectory_parts().size(), 1U);
   int pairs = 0;
-  EXPECT_LE(seam_error(trip, source, kHome + 1, pipeline.trajectory(), 3, pairs), 0.03);
+  const double error = seam_error(trip, source, kHome + 1, pipeline.trajectory(), 3, pairs);
+  ::testing::Test::RecordProperty("seam_mm", std::to_string(1000.0 * error));
+  EXPECT_LE(error, 0.03);
   EXPECT_GT(pairs, 50);
 }
 
@@ -159,6 +161,30 @@ TEST(LoadedMap, GivesThePosesOfTheRunningOneAndIsLeftAloneWhereOnlyPlacesAreAske
     save(folder / "after", loaded);
     EXPECT_EQ(content_of(folder / "after") == content_of(folder / "map"), localize_only);
   }
+}
+
+// The camera is put down on the far side of the room, where it is lost and begins anew.
+TEST(LoadedMap, IsJoinedByACameraThatBeganOutsideOfIt) {
+  const RoundTrip& trip = round_the_room();
+  const TemporaryFolder folder;
+  {
+    SplicedSource first = trip.splice({{0, 0, kHome}});
+    Pipeline pipeline(trip.out.camera, Config{});
+    (void)testing::play(first, pipeline);
+    pipeline.finish();
+    save(folder / "map", pipeline);
+  }
+  SplicedSource homewards = trip.splice({trip.homewards(99, 12)});
+  Config impatient;  // within two seconds it would come near enough to be found
+  impatient.tracking.new_part_after = 0.5;
+  Pipeline pipeline(trip.out.camera, impatient, load_fitting_map(folder / "map", trip.out.camera, impatient));
+  const std::vector<PlacedFrame> placed = testing::play(homewards, pipeline);
+  pipeline.finish();
+  EXPECT_FALSE(placed.front().tracked);
+  EXPECT_EQ(count(pipeline, PlaceEvent::Kind::kMerge), 1);
+  EXPECT_EQ(pipeline.trajectory_parts().size(), 1U);
+  pipeline.mapping().read(
+      [](const Map& map, const std::vector<MappingRecord>&) { EXPECT_EQ(map.parts().size(), 1U); });
 }
 
 TEST(LoadedMap, OfAnotherCameraIsRefused) {
