@@ -88,15 +88,6 @@ inline std::vector<RgbdFrame> reversed(std::vector<RgbdFrame> frames) {
   return frames;
 }
 
-/// The frames and the same backwards.
-inline std::vector<RgbdFrame> to_and_fro(std::vector<RgbdFrame> frames) {
-  std::vector<RgbdFrame> back = reversed(frames);
-  const double later = frames.back().timestamp - frames.front().timestamp + 1.0 / 30.0;
-  for (RgbdFrame& frame : back) frame.timestamp += later;
-  frames.insert(frames.end(), back.begin(), back.end());
-  return frames;
-}
-
 /// Frames of several sources, cut and put together anew.
 inline SplicedSource splice(const std::vector<const std::vector<RgbdFrame>*>& sources,
                             const std::vector<SplicedSource::Cut>& cuts) {
@@ -118,9 +109,8 @@ struct PlacedFrame {
 
 inline PartId part_of(const Pipeline& pipeline, KeyframeId keyframe) {
   PartId part;
-  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
-    part = map.part_of(keyframe);
-  });
+  pipeline.mapping().read(
+      [&](const Map& map, const std::vector<MappingRecord>&) { part = map.part_of(keyframe); });
   return part;
 }
 
