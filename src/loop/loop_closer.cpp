@@ -84,8 +84,10 @@ std::optional<PlaceMatch> LoopCloser::look_for_loop(const Map& map, KeyframeId i
   if (keyframes_to_wait_ > 0) {
     --keyframes_to_wait_;
   } else {
-    match = unrivalled(map, matches(map, view_of(map.keyframes()[id]), connected(map, id)));
-    if (match && !believed(map, id, *match)) match.reset();
+    std::vector<PlaceMatch> found = matches(map, view_of(map.keyframes()[id]), connected(map, id));
+    std::erase_if(found, [&](const PlaceMatch& candidate) { return !plausible(map, id, candidate); });
+    match = unrivalled(map, std::move(found));
+    if (match && !confirmed(map, id, *match)) match.reset();
     if (match) keyframes_to_wait_ = options_.pause;
   }
   note(map, id);
@@ -126,25 +128,18 @@ std::optional<PlaceMatch> LoopCloser::unrivalled(const Map& map, std::vector<Pla
   return std::move(*best);
 }
 
-bool LoopCloser::believed(const Map& map, KeyframeId id, const PlaceMatch& match) const {
-  const bool can_be = plausible(map, id, match);
-  const bool believed = can_be && confirmed(map, id, match);
-  log().debug("keyframe {} looks like keyframe {}: {} points, {:.0f} % of what should be seen; {}", id.value,
-              match.keyframe.value, match.inliers, 100.0 * match.found_share,
-              believed ? "believed"
-              : can_be ? "its neighbours do not confirm it"
-                       : "too far off for the way between them");
-  return believed;
-}
-
 // Whether the way between the two visits can have gathered the error that the match says there is.
 bool LoopCloser::plausible(const Map& map, KeyframeId id, const PlaceMatch& match) const {
   const Keyframe& current = map.keyframes()[id];
   if (map.keyframes()[match.keyframe].part != current.part) return true;  // nothing is known of the way
   const double path = path_length(map, match.keyframe, id);
   const auto [distance, angle] = pose_gap(current.T_cw, match.T_cw);
-  return distance <= options_.drift_margin + options_.drift * path &&
-         angle <= options_.drift_angle_margin + options_.drift_angle * path;
+  const bool plausible = distance <= options_.drift_margin + options_.drift * path &&
+                         angle <= options_.drift_angle_margin + options_.drift_angle * path;
+  log().debug("keyframe {} looks like keyframe {} ({} points), which says it is off by {:.2f} m: {}",
+              id.value, match.keyframe.value, match.inliers, distance,
+              plausible ? "can be" : "too much for the way between them");
+  return plausible;
 }
 
 // Neighbours see other things than the keyframe itself. They must find the place, too, where they would be.
@@ -158,6 +153,8 @@ bool LoopCloser::confirmed(const Map& map, KeyframeId id, const PlaceMatch& matc
     if (verifier_.confirms(map, view_of(map.keyframes()[neighbour.keyframe]), T_cw, match.keyframe))
       ++confirming;
   }
+  log().debug("keyframe {} at the place of keyframe {}: {} of {} neighbours confirm it", id.value,
+              match.keyframe.value, confirming, asked);
   return confirming >= options_.confirmations;
 }
 

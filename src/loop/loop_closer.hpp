@@ -87,7 +87,6 @@ class LoopCloser {
   [[nodiscard]] std::vector<PlaceMatch> matches(const Map& map, const PlaceView& view,
                                                 const std::set<KeyframeId>& excluded) const;
   [[nodiscard]] std::optional<PlaceMatch> unrivalled(const Map& map, std::vector<PlaceMatch> found) const;
-  [[nodiscard]] bool believed(const Map& map, KeyframeId id, const PlaceMatch& match) const;
   [[nodiscard]] bool plausible(const Map& map, KeyframeId id, const PlaceMatch& match) const;
   [[nodiscard]] bool confirmed(const Map& map, KeyframeId id, const PlaceMatch& match) const;
   void note(const Map& map, KeyframeId id);

@@ -20,12 +20,12 @@ struct PlaceVerifierOptions {
   int ransac_iterations = 1000;
   double wide_radius = 24.0;
   double narrow_radius = 4.0;
-  int min_inliers = 40;
-  double min_found_share = 0.45;
+  int min_inliers = 80;
+  double min_found_share = 0.15;
   int min_observations = 2;
   double hiding_distance = 20.0;
   double hiding_gate = 0.1;
-  int min_cells = 4;
+  int min_cells = 7;
   double max_deviation = 0.05;
   int min_confirming_inliers = 25;
   MatchOptions match{.ratio = 0.95};

@@ -218,7 +218,7 @@ void step(MappingSchedule& schedule, test::KeyframeWalk& walk, const test::View&
   KeyframeCandidate next;
   schedule.read(
       [&](const Map& map, const std::vector<MappingRecord>&) { next = walk.step(view, map, error); });
-  schedule.submit({.candidate = next});
+  schedule.submit({.candidate = next, .grey = {}, .depth = {}});
 }
 
 // Three views of a place, the first one of all being the map's first.
@@ -226,7 +226,7 @@ void visit(MappingSchedule& schedule, test::KeyframeWalk& walk, double degrees, 
   for (int i = 0; i < 3; ++i) {
     const test::View view = walk.look(degrees, i);
     if (!schedule.local_map()) {
-      schedule.start({.candidate = walk.start(view)});
+      schedule.start({.candidate = walk.start(view), .grey = {}, .depth = {}});
     } else {
       step(schedule, walk, view, i == 0 ? error : SE3{});
     }

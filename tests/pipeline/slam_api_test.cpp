@@ -194,7 +194,9 @@ TEST(SlamApi, GoesOnWithAMapThatWasSavedInItsWorld) {
       ASSERT_EQ(result.state, TrackingState::kTracking) << "frame " << i;
       EXPECT_FALSE(localize_only && result.keyframe);
       // The two runs see the same from the same places: centimetres remain.
-      if (i < 20) EXPECT_LT(distance(result.T_wc, before[i].T_wc), 0.02) << "frame " << i;
+      if (i < 20) {
+        EXPECT_LT(distance(result.T_wc, before[i].T_wc), 0.02) << "frame " << i;
+      }
     }
     EXPECT_GT(distance(before[10].T_wc, Pose{}), 0.05) << "or else the check above says nothing";
     EXPECT_EQ(second.trajectory().size(), 20U);

@@ -100,7 +100,9 @@ TEST(TrackerFound, ALostCameraIsTakenUpWhereItWasFound) {
     const TrackedFrame tracked = s.tracker.track(s.world.look(elsewhere, 51, kWithoutDepth).frame,
                                                  std::make_shared<const LocalMap>(around));
     EXPECT_EQ(tracked.state, found ? TrackingState::kTracking : TrackingState::kLost);
-    if (found) EXPECT_LT(pose_difference(tracked.T_cw, elsewhere), kExact);
+    if (found) {
+      EXPECT_LT(pose_difference(tracked.T_cw, elsewhere), kExact);
+    }
   }
 }
 
@@ -225,7 +227,9 @@ TEST(TrackerGivesUp, AfterItWasLostForSoLong) {
   for (std::size_t i = 2; i <= 30; ++i) {
     ASSERT_EQ(s.track_empty(i).state, TrackingState::kLost);
     // Lost since frame 2. Half a second is 15 frames; the one in which rounding decides is left out.
-    if (i != 17) EXPECT_EQ(s.tracker.given_up(seconds(i)), i > 17) << "at frame " << i;
+    if (i != 17) {
+      EXPECT_EQ(s.tracker.given_up(seconds(i)), i > 17) << "at frame " << i;
+    }
   }
   ASSERT_EQ(s.track(31).state, TrackingState::kTracking);
   EXPECT_FALSE(s.tracker.given_up(seconds(1000)));
