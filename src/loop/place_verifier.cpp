@@ -44,8 +44,11 @@ std::optional<PlaceMatch> PlaceVerifier::verify(const Map& map, const PlaceView&
   if (placement.inliers < options_.min_inliers || placement.deviation > options_.max_deviation)
     return std::nullopt;
   const double share = found_share(map, view, group, placement);
-  const int spread = cells(view, placement);
-  if (share < options_.min_found_share || spread < options_.min_cells) return std::nullopt;
+  const auto [cells, filled_cells] = count_cells(view, placement);
+  if (share < options_.min_found_share || cells < options_.min_cells ||
+      cells < options_.min_cell_share * filled_cells) {
+    return std::nullopt;
+  }
   return PlaceMatch{.keyframe = candidate,
                     .T_cw = placement.T_cw,
                     .points = std::move(placement.points),
@@ -53,7 +56,7 @@ std::optional<PlaceMatch> PlaceVerifier::verify(const Map& map, const PlaceView&
                     .inliers = placement.inliers,
                     .line_inliers = placement.line_inliers,
                     .found_share = share,
-                    .cells = spread,
+                    .cells = cells,
                     .deviation = placement.deviation};
 }
 
@@ -142,19 +145,22 @@ bool PlaceVerifier::hidden(const PlaceView& view, const ProjectedPoint& point) c
   return hides;
 }
 
-int PlaceVerifier::cells(const PlaceView& view, const Placement& placement) const {
-  std::array<bool, kColumns * kRows> held{};
+std::pair<int, int> PlaceVerifier::count_cells(const PlaceView& view, const Placement& placement) const {
+  std::array<bool, kColumns * kRows> agreeing{}, filled{};
+  const auto cell = [](float position, int size, int cells) {
+    return std::clamp(static_cast<int>(position / static_cast<float>(size) * static_cast<float>(cells)), 0,
+                      cells - 1);
+  };
   for (std::size_t k = 0; k < placement.points.size(); ++k) {
-    if (!placement.points[k].valid()) continue;
+    if (view.trust.weight(k) <= 0.0) continue;
     const Eigen::Vector2f& pixel = view.frame.features.keypoints[k].pixel;
-    const auto cell = [](float position, int size, int cells) {
-      return std::clamp(static_cast<int>(position / static_cast<float>(size) * static_cast<float>(cells)), 0,
-                        cells - 1);
-    };
-    held[static_cast<std::size_t>(cell(pixel.y(), camera_.height, kRows) * kColumns +
-                                  cell(pixel.x(), camera_.width, kColumns))] = true;
+    const auto at = static_cast<std::size_t>(cell(pixel.y(), camera_.height, kRows) * kColumns +
+                                             cell(pixel.x(), camera_.width, kColumns));
+    filled[at] = true;
+    if (placement.points[k].valid()) agreeing[at] = true;
   }
-  return static_cast<int>(std::count(held.begin(), held.end(), true));
+  return {static_cast<int>(std::count(agreeing.begin(), agreeing.end(), true)),
+          static_cast<int>(std::count(filled.begin(), filled.end(), true))};
 }
 
 }  // namespace ipl_slam

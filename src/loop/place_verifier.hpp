@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "common/options.hpp"
@@ -25,7 +26,8 @@ struct PlaceVerifierOptions {
   int min_observations = 2;
   double hiding_distance = 20.0;
   double hiding_gate = 0.1;
-  int min_cells = 7;
+  int min_cells = 4;
+  double min_cell_share = 0.55;
   double max_deviation = 0.05;
   int min_confirming_inliers = 25;
   MatchOptions match{.ratio = 0.95};
@@ -60,6 +62,9 @@ struct PlaceVerifierOptions {
              {0.0, 100.0, "1/m", "inverse depth by which that keypoint must be nearer than the point"});
     v.number("min_cells", min_cells,
              {1, 12, "count", "cells of the image, 4 across and 3 down, that must hold points that agree"});
+    v.number("min_cell_share", min_cell_share,
+             {0.0, 1.0, "share",
+              "of the cells that hold keypoints to go by, those that must hold points that agree"});
     v.number(
         "max_deviation", max_deviation,
         {0.001, 10.0, "m", "the pose must be known to this in its least certain direction (of a turn, rad)"});
@@ -110,7 +115,8 @@ class PlaceVerifier {
   [[nodiscard]] double found_share(const Map& map, const PlaceView& view, const LandmarkGroup& group,
                                    const Placement& placement) const;
   [[nodiscard]] bool hidden(const PlaceView& view, const ProjectedPoint& point) const;
-  [[nodiscard]] int cells(const PlaceView& view, const Placement& placement) const;
+  /// Cells of the image that hold points which agree, and those that hold keypoints to go by.
+  [[nodiscard]] std::pair<int, int> count_cells(const PlaceView& view, const Placement& placement) const;
 
   Camera camera_;
   ScalePyramid pyramid_;

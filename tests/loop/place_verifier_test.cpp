@@ -147,8 +147,8 @@ TEST(PlaceVerifier, RefusesAPosterThatHangsOnAnotherWall) {
     return make_verifier(options).verify(mapped.map(), {*frame}, mapped.candidate);
   };
   EXPECT_FALSE(verify({})) << "it fills too little of the image";
-  EXPECT_FALSE(verify({.min_found_share = 0.2, .min_cells = 1})) << "too much around it is missing";
-  EXPECT_TRUE(verify({.min_cells = 1}));
+  EXPECT_FALSE(verify({.min_found_share = 0.2, .min_cell_share = 0.0})) << "too much around it is missing";
+  EXPECT_TRUE(verify({.min_cell_share = 0.0}));
 }
 
 TEST(PlaceVerifier, RefusesTheSamePosterWhereTheWallAroundItIsHidden) {
@@ -159,8 +159,8 @@ TEST(PlaceVerifier, RefusesTheSamePosterWhereTheWallAroundItIsHidden) {
   };
   const auto frame = with_other_things(world.look(kTrue, 50), elsewhere, 0.4F);
   EXPECT_FALSE(make_verifier({.min_inliers = 10}).verify(mapped.map(), {*frame}, mapped.candidate));
-  EXPECT_TRUE(
-      make_verifier({.min_inliers = 10, .min_cells = 1}).verify(mapped.map(), {*frame}, mapped.candidate));
+  EXPECT_TRUE(make_verifier({.min_inliers = 10, .min_cells = 1, .min_cell_share = 0.0})
+                  .verify(mapped.map(), {*frame}, mapped.candidate));
 }
 
 TEST(PlaceVerifier, DoesNotExpectWhatSomeoneStandsBefore) {
@@ -169,8 +169,8 @@ TEST(PlaceVerifier, DoesNotExpectWhatSomeoneStandsBefore) {
   const View view = world.look(kTrue, 50);
   const auto covered = [](const Keypoint& keypoint) { return in_left_part(keypoint, 0.6F); };
   const auto share = [&](const std::shared_ptr<const Frame>& frame) {
-    const auto match =
-        make_verifier({.min_found_share = 0.0}).verify(mapped.map(), {*frame}, mapped.candidate);
+    const auto match = make_verifier({.min_found_share = 0.0, .min_cell_share = 0.0})
+                           .verify(mapped.map(), {*frame}, mapped.candidate);
     return match ? match->found_share : -1.0;
   };
   // The points of this world lie 1.5 to 4.5 m away, so someone at 0.6 of that hides nearly all behind.
