@@ -80,6 +80,10 @@ PoseGraphResult optimize_pose_graph(PoseGraph& graph, const PoseGraphOptions& op
   if (result.aborted || costs.empty()) return result;
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(options, callback), &problem, &summary);
+  if (!summary.IsSolutionUsable()) {
+    result.aborted = true;
+    return result;
+  }
   for (std::size_t i = 0; i < blocks.size(); ++i)
     if (takes_part(i) && !fixed(i)) graph.poses[i].T_cw = from_pose_block(blocks[i].data());
   result.initial_cost = summary.initial_cost;

@@ -47,6 +47,13 @@ void check(const Config& config) {
         "orb.fast_min_threshold ({}) is above orb.fast_threshold ({}); lower the one or raise the other",
         config.orb.fast_min_threshold, config.orb.fast_threshold));
   }
+  if (config.loops.confirmations > config.loops.witnesses) {
+    throw UserError(
+        fmt::format("loops.confirmations ({}) is above loops.witnesses ({}): no loop could be closed; lower "
+                    "the one or raise "
+                    "the other",
+                    config.loops.confirmations, config.loops.witnesses));
+  }
   const RegionBeliefOptions& belief = config.dynamics.belief;
   if (belief.moved_on_still >= belief.moved_on_mover) {
     throw UserError(

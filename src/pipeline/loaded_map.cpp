@@ -1,5 +1,8 @@
 #include "pipeline/loaded_map.hpp"
 
+#include <string>
+#include <utility>
+
 #include <fmt/format.h>
 
 #include <ipl_slam/error.hpp>
@@ -9,22 +12,30 @@
 namespace ipl_slam {
 namespace {
 
-bool same(const Camera& a, const Camera& b) {
-  return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx &&
-         a.cy == b.cy && a.k1 == b.k1 && a.k2 == b.k2 && a.p1 == b.p1 && a.p2 == b.p2 && a.k3 == b.k3;
+// The first thing in which two cameras differ, "fx 525 against 517.3"; empty where they are alike.
+std::string difference(const Camera& saved, const Camera& own) {
+  const std::pair<const char*, double Camera::*> numbers[] = {
+      {"fx", &Camera::fx}, {"fy", &Camera::fy}, {"cx", &Camera::cx}, {"cy", &Camera::cy}, {"k1", &Camera::k1},
+      {"k2", &Camera::k2}, {"p1", &Camera::p1}, {"p2", &Camera::p2}, {"k3", &Camera::k3}};
+  if (saved.width != own.width || saved.height != own.height) {
+    return fmt::format("{}x{} pixels against {}x{}", saved.width, saved.height, own.width, own.height);
+  }
+  for (const auto& [name, number] : numbers) {
+    if (saved.*number != own.*number) {
+      return fmt::format("{} {} against {}", name, saved.*number, own.*number);
+    }
+  }
+  return "";
 }
 
 }  // namespace
 
 Map load_fitting_map(const std::filesystem::path& file, const Camera& camera, const Config& config) {
   SavedMap saved = load_map(file);
-  if (!same(saved.camera, camera)) {
+  if (const std::string what = difference(saved.camera, camera); !what.empty()) {
     throw UserError(
-        fmt::format("'{}' was made with another camera ({}x{}, fx {:g}, fy {:g}) than this one ({}x{}, fx "
-                    "{:g}, fy {:g}): "
-                    "give its camera with --camera",
-                    file.string(), saved.camera.width, saved.camera.height, saved.camera.fx, saved.camera.fy,
-                    camera.width, camera.height, camera.fx, camera.fy));
+        fmt::format("'{}' was made with another camera than this one ({}): give the camera it was made with",
+                    file.string(), what));
   }
   const ScalePyramid& pyramid = saved.map.pyramid();
   if (pyramid.levels() != config.orb.levels || pyramid.factor() != config.orb.scale_factor) {

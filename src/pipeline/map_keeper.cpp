@@ -54,6 +54,7 @@ void MapKeeper::recognise(KeyframeId id) {
                    .inliers = match->inliers};
   if (own == other) {
     const CorrectionEffect effect = correction_.close_loop(map_, id, *match);
+    if (!effect.done) return;
     event.translation = effect.translation;
     event.rotation = effect.rotation;
     unsettled_.insert(own);
@@ -72,19 +73,19 @@ void MapKeeper::follow_merge(PartId kept, PartId gone) {
   if (settling_ == gone) settling_ = kept;
 }
 
-std::shared_ptr<const LocalMap> MapKeeper::find_place(const TrackedFrame& lost) {
-  if (!loops_) return nullptr;
+std::optional<FoundPlace> MapKeeper::find_place(const TrackedFrame& lost) const {
+  if (!loops_) return std::nullopt;
   const std::optional<PlaceMatch> match =
       loops_->find(map_, {*lost.frame, {lost.weights.points, lost.weights.point_regions}});
-  if (!match) return nullptr;
-  events_.push_back({.kind = PlaceEvent::Kind::kRelocalized,
-                     .frame_index = lost.frame->index,
-                     .known_index = map_.keyframes()[match->keyframe].frame->index,
-                     .inliers = match->inliers});
+  if (!match) return std::nullopt;
   LocalMap local = build_local_map(map_, match->keyframe, mapping_.local_map);
   local.corrections = corrections_;
   local.found = match->T_cw;
-  return std::make_shared<const LocalMap>(std::move(local));
+  return FoundPlace{std::make_shared<const LocalMap>(std::move(local)),
+                    {.kind = PlaceEvent::Kind::kRelocalized,
+                     .frame_index = lost.frame->index,
+                     .known_index = map_.keyframes()[match->keyframe].frame->index,
+                     .inliers = match->inliers}};
 }
 
 std::shared_ptr<const LocalMap> MapKeeper::around(KeyframeId id) const {

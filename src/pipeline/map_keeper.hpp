@@ -34,6 +34,12 @@ struct PlaceEvent {
 /// "loop", "merge" or "relocalized".
 [[nodiscard]] const char* to_string(PlaceEvent::Kind kind);
 
+/// Where a lost frame was taken.
+struct FoundPlace {
+  std::shared_ptr<const LocalMap> map;  ///< around the place, in whatever part; LocalMap::found is set
+  PlaceEvent event;
+};
+
 /// Owns the map and does with it what a keyframe sets off: local mapping, closing of loops, merging of parts.
 /// Everything happens on the calling thread; the schedules decide which that is.
 class MapKeeper {
@@ -45,8 +51,10 @@ class MapKeeper {
   /// not null, is raised.
   [[nodiscard]] std::shared_ptr<const LocalMap> add(const KeyframeCandidate& candidate,
                                                     const std::atomic<bool>* abort = nullptr);
-  /// The local map around the place where a lost frame was taken, in whatever part; null = no known place.
-  [[nodiscard]] std::shared_ptr<const LocalMap> find_place(const TrackedFrame& lost);
+  /// The place where a lost frame was taken; nothing where it is not known.
+  [[nodiscard]] std::optional<FoundPlace> find_place(const TrackedFrame& lost) const;
+  /// Adds to the events one that only its user can tell: that a lost camera was found again.
+  void note(const PlaceEvent& event) { events_.push_back(event); }
   /// The local map around the newest keyframe; null as long as there is none.
   [[nodiscard]] std::shared_ptr<const LocalMap> around_newest() const;
   /// The local map around a keyframe that is, or once was, in the map.

@@ -26,8 +26,12 @@ class LockstepMapping final : public MappingSchedule {
     records_.push_back({keyframe.candidate.tracked.frame->index, keyframe.line_milliseconds,
                         stopwatch.milliseconds(), keeper_.removed()});
   }
-  void find_place(const TrackedFrame& lost) override {
-    if (auto found = keeper_.find_place(lost)) local_map_ = std::move(found);
+  [[nodiscard]] std::optional<FoundPlace> find_place(const TrackedFrame& lost) override {
+    return keeper_.find_place(lost);
+  }
+  void resume_at(const FoundPlace& place) override {
+    local_map_ = place.map;
+    keeper_.note(place.event);
   }
   void move_to(KeyframeId id) override { local_map_ = keeper_.around(id); }
   [[nodiscard]] std::shared_ptr<const LocalMap> local_map() const override { return local_map_; }

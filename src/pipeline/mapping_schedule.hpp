@@ -38,10 +38,11 @@ class MappingSchedule {
   /// What the lines of the newest keyframe that has regions told about them; empty if nothing since the last
   /// call.
   [[nodiscard]] virtual std::vector<RegionLines> take_region_lines() = 0;
-  /// Looks for the place where a lost frame was taken, in all of the map. Where it is found a local map
-  /// around it follows: at once in lockstep, when it is ready in realtime, which looks for one frame at a
-  /// time.
-  virtual void find_place(const TrackedFrame& lost) = 0;
+  /// Looks for the place where a lost frame was taken, in all of the map. In lockstep the answer is there at
+  /// once; in realtime it is that to an earlier frame, or nothing yet: one frame is looked for at a time.
+  [[nodiscard]] virtual std::optional<FoundPlace> find_place(const TrackedFrame& lost) = 0;
+  /// The camera was found at this place: its local map becomes the one to go on with.
+  virtual void resume_at(const FoundPlace& place) = 0;
   /// Has a local map around this keyframe follow, for a camera that moves on without making keyframes.
   virtual void move_to(KeyframeId id) = 0;
   /// Waits until everything submitted is in the map.

@@ -112,7 +112,11 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   if (!map || (tracker_.given_up(image.timestamp) && !localize_only_)) {
     result.keyframe = start_map(tracked, grey, image.depth, result.times);
   } else if (localize_only_) {
-    if (tracked.reference.valid() && tracked.reference != map->centre) mapping_->move_to(tracked.reference);
+    if (tracked.state == TrackingState::kTracking && tracked.reference != map->centre) {
+      mapping_->move_to(tracked.reference);
+    }
+    (void)tracker_.take_sightings();  // nobody counts them
+    (void)tracker_.take_line_sightings();
   } else {
     result.keyframe = submit(tracked, *map, grey, image.depth);
   }
@@ -138,11 +142,13 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
 
 TrackedFrame Pipeline::recover(TrackedFrame lost, std::shared_ptr<const LocalMap>& map, const cv::Mat& grey,
                                const cv::Mat& depth) {
-  mapping_->find_place(lost);
-  const std::shared_ptr<const LocalMap> found = mapping_->local_map();
-  if (found == map) return lost;
-  map = found;
-  return tracker_.track(lost.frame, map, grey, depth, lost.weights);
+  const std::optional<FoundPlace> place = mapping_->find_place(lost);
+  if (!place) return lost;
+  TrackedFrame again = tracker_.track(lost.frame, place->map, grey, depth, lost.weights);
+  if (again.state != TrackingState::kTracking) return lost;
+  mapping_->resume_at(*place);
+  map = place->map;
+  return again;
 }
 
 bool Pipeline::submit(TrackedFrame& tracked, const LocalMap& map, const cv::Mat& grey, const cv::Mat& depth) {

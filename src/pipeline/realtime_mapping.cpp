@@ -1,5 +1,6 @@
 #include "pipeline/realtime_mapping.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <exception>
@@ -51,6 +52,7 @@ class RealtimeMapping final : public MappingSchedule {
       std::lock_guard lock(state_mutex_);
       if (failure_) std::rethrow_exception(failure_);
       ++pending_;
+      found_.reset();  // the camera is no longer lost
     }
     line_queue_.push(std::move(keyframe));
   }
@@ -76,10 +78,22 @@ class RealtimeMapping final : public MappingSchedule {
   }
 
   // A search under way, or one that waits for the mapper, is enough: the next lost frame asks again.
-  void find_place(const TrackedFrame& lost) override {
-    ask({std::make_shared<const TrackedFrame>(lost), KeyframeId{}});
+  [[nodiscard]] std::optional<FoundPlace> find_place(const TrackedFrame& lost) override {
+    {
+      std::lock_guard lock(state_mutex_);
+      if (found_) return std::exchange(found_, std::nullopt);
+    }
+    if (place_worker_.idle()) place_worker_.start({std::make_shared<const TrackedFrame>(lost), KeyframeId{}});
+    return std::nullopt;
   }
-  void move_to(KeyframeId id) override { ask({nullptr, id}); }
+  void resume_at(const FoundPlace& place) override {
+    std::lock_guard lock(state_mutex_);
+    local_map_ = place.map;
+    found_events_.push_back(place.event);
+  }
+  void move_to(KeyframeId id) override {
+    if (place_worker_.idle()) place_worker_.start({nullptr, id});
+  }
 
   void finish() override {
     wait_for_mapper();
@@ -95,8 +109,13 @@ class RealtimeMapping final : public MappingSchedule {
   }
 
   [[nodiscard]] std::vector<PlaceEvent> events() const override {
-    std::lock_guard lock(map_mutex_);
-    return keeper_.events();
+    std::lock_guard map_lock(map_mutex_);
+    std::vector<PlaceEvent> events = keeper_.events();
+    std::lock_guard lock(state_mutex_);
+    events.insert(events.end(), found_events_.begin(), found_events_.end());
+    std::stable_sort(events.begin(), events.end(),
+                     [](const PlaceEvent& a, const PlaceEvent& b) { return a.frame_index < b.frame_index; });
+    return events;
   }
 
   void read(const std::function<void(const Map&, const std::vector<MappingRecord>&)>& fn) const override {
@@ -117,13 +136,12 @@ class RealtimeMapping final : public MappingSchedule {
     if (failure_) std::rethrow_exception(failure_);
   }
 
-  void ask(PlaceRequest request) {
-    if (place_worker_.idle()) place_worker_.start(std::move(request));
-  }
-
   void answer(PlaceRequest& request) {
     std::lock_guard map_lock(map_mutex_);
-    publish(request.lost ? keeper_.find_place(*request.lost) : keeper_.around(request.keyframe));
+    if (!request.lost) return publish(keeper_.around(request.keyframe));
+    std::optional<FoundPlace> found = keeper_.find_place(*request.lost);
+    std::lock_guard lock(state_mutex_);
+    found_ = std::move(found);
   }
 
   // Global bundle adjustment, on a copy of the map.
@@ -223,6 +241,8 @@ class RealtimeMapping final : public MappingSchedule {
 
   // Guarded by state_mutex_, down to failure_.
   std::shared_ptr<const LocalMap> local_map_;
+  std::optional<FoundPlace> found_;  // the answer to the last search, until it is fetched
+  std::vector<PlaceEvent> found_events_;
   std::vector<RegionLines> region_lines_;
   std::size_t pending_ = 0;     // submitted, not in the map yet
   std::size_t with_lines_ = 0;  // of these, those that the mapper works on or could work on

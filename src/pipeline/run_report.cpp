@@ -166,7 +166,7 @@ Json places_json(const std::vector<PlaceEvent>& events) {
   return list;
 }
 
-// "2 loops closed, 1 part joined, found again 3 times"; empty where no place was recognised.
+// "loops closed: 2, parts joined: 1"; empty where no place was recognised.
 std::string places_text(const std::vector<PlaceEvent>& events) {
   const auto count = [&](PlaceEvent::Kind kind) {
     return std::count_if(events.begin(), events.end(), [&](const PlaceEvent& e) { return e.kind == kind; });

@@ -65,29 +65,42 @@ TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<
       keep_better(placement, place_from(view, *last_.frame, last_.T_cw));
     }
   }
-  if (!believed(placement) && map_->found) keep_better(placement, place_at(view, *map_->found));
+  if (!believed(placement) && map_->found && (lost() || !last_is_here_))
+    keep_better(placement, place_at(view, *map_->found));
   if (!believed(placement)) keep_better(placement, relocalize(view));
   return conclude(std::move(frame), placement, std::move(weights));
 }
 
-// Takes over a new local map: the last pose and velocity follow the correction of the reference keyframe.
+// Takes over a new local map: the last pose and velocity follow its corrections.
 void Tracker::adopt(std::shared_ptr<const LocalMap> map) {
   if (map == map_) return;
   const bool corrected = map_ && map->corrections != map_->corrections;
-  const bool same_part = map_ && map->part == map_->part;
+  if (const std::optional<SE3> T_cw = carried_over(*map)) {
+    if (corrected) T_ow_ = T_ow_ * last_.T_cw.inverse() * *T_cw;
+    last_.T_cw = *T_cw;
+    motion_.rebase(*T_cw);
+    last_is_here_ = true;
+  } else {
+    last_is_here_ = last_is_here_ && map_ && map->part == map_->part && !corrected;
+  }
   map_ = std::move(map);
   points_seen_.start(map_->points);
   lines_seen_.start(map_->lines);
-  const LocalKeyframe* reference = map_->find_keyframe(last_.reference);
-  if (reference) {
-    const SE3 T_cw = last_.T_c_reference * reference->T_cw;
-    if (corrected) T_ow_ = T_ow_ * last_.T_cw.inverse() * T_cw;
-    last_.T_cw = T_cw;
-    motion_.rebase(T_cw);
+}
+
+// The last pose in the world of another local map: it moves with its reference keyframe, or, where that is
+// not in the map yet, with the newest keyframe that both maps know.
+std::optional<SE3> Tracker::carried_over(const LocalMap& to) const {
+  if (const LocalKeyframe* reference = to.find_keyframe(last_.reference)) {
+    return last_.T_c_reference * reference->T_cw;
   }
-  // Where the part is another one or was corrected, nothing but the reference keyframe tells where it lies
-  // now.
-  last_is_here_ = reference != nullptr || (last_is_here_ && same_part && !corrected);
+  if (!map_ || !last_is_here_) return std::nullopt;
+  for (auto before = map_->keyframes.rbegin(); before != map_->keyframes.rend(); ++before) {
+    if (const LocalKeyframe* now = to.find_keyframe(before->id)) {
+      return last_.T_cw * before->T_cw.inverse() * now->T_cw;
+    }
+  }
+  return std::nullopt;
 }
 
 // Windows widen until enough of the last frame's points agree on a motion.
@@ -325,7 +338,8 @@ double Tracker::support(const Placement& placement) const {
 }
 
 bool Tracker::believed(const Placement& placement) const {
-  return support(placement) >= (lost() ? options_.min_inliers_recovering : options_.min_inliers);
+  return support(placement) >=
+         (lost() || !last_is_here_ ? options_.min_inliers_recovering : options_.min_inliers);
 }
 
 TrackedFrame Tracker::conclude(std::shared_ptr<const Frame> frame, const Placement& placement,

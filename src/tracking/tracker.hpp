@@ -122,7 +122,7 @@ class Tracker {
   /// map or while it is lost.
   [[nodiscard]] std::optional<SE3> expected_pose(double timestamp) const;
   /// From the world of the map to a frame of reference that corrections of the whole map do not move: in it
-  /// the camera's path has no jumps.
+  /// the camera's path has no jumps as long as the camera is not lost.
   [[nodiscard]] const SE3& T_ow() const { return T_ow_; }
   /// Hands over what was counted since the last call.
   [[nodiscard]] std::vector<Sighting<PointId>> take_sightings() { return points_seen_.take(); }
@@ -149,6 +149,7 @@ class Tracker {
   };
 
   void adopt(std::shared_ptr<const LocalMap> map);
+  [[nodiscard]] std::optional<SE3> carried_over(const LocalMap& to) const;
   [[nodiscard]] Placement match_widening(const View& view, const SE3& T_cw) const;
   [[nodiscard]] Placement place_by_prediction(const View& view) const;
   [[nodiscard]] Placement match_last_frame(const View& view, const SE3& T_cw, double radius) const;

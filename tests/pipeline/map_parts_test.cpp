@@ -189,8 +189,9 @@ TEST(LoadedMap, IsJoinedByACameraThatBeganOutsideOfIt) {
 
 TEST(LoadedMap, OfAnotherCameraIsRefused) {
   const TemporaryFolder folder;
-  const Pipeline empty(testing::small_camera(), Config{});
-  save(folder / "map", empty);
+  Pipeline pipeline(testing::small_camera(), Config{});
+  for (const RgbdFrame& frame : testing::render_all(testing::small_room(2))) (void)pipeline.process(frame);
+  save(folder / "map", pipeline);
   Camera other = testing::small_camera();
   other.fx += 1.0;
   EXPECT_THROW((void)load_fitting_map(folder / "map", other, Config{}), UserError);
