@@ -33,9 +33,9 @@ std::string difference(const Camera& saved, const Camera& own) {
 Map load_fitting_map(const std::filesystem::path& file, const Camera& camera, const Config& config) {
   SavedMap saved = load_map(file);
   if (const std::string what = difference(saved.camera, camera); !what.empty()) {
-    throw UserError(
-        fmt::format("'{}' was made with another camera than this one ({}): give the camera it was made with",
-                    file.string(), what));
+    throw UserError(fmt::format(
+        "'{}' was made with another camera than this one ({}): give the camera it was made with (--camera)",
+        file.string(), what));
   }
   const ScalePyramid& pyramid = saved.map.pyramid();
   if (pyramid.levels() != config.orb.levels || pyramid.factor() != config.orb.scale_factor) {

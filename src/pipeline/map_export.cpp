@@ -9,6 +9,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "pipeline/camera_json.hpp"
+
 namespace ipl_slam {
 namespace {
 
@@ -16,22 +18,6 @@ using Json = nlohmann::ordered_json;
 
 Json vector_json(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
-}
-
-Json camera_json(const Camera& c) {
-  return {{"name", c.name},
-          {"width", c.width},
-          {"height", c.height},
-          {"fx", c.fx},
-          {"fy", c.fy},
-          {"cx", c.cx},
-          {"cy", c.cy},
-          {"k1", c.k1},
-          {"k2", c.k2},
-          {"p1", c.p1},
-          {"p2", c.p2},
-          {"k3", c.k3},
-          {"depth_scale", c.depth_scale}};
 }
 
 template <class Landmark>

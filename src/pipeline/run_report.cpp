@@ -12,6 +12,7 @@
 #include <ipl_slam/version.hpp>
 
 #include "common/process_info.hpp"
+#include "pipeline/camera_json.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -112,22 +113,6 @@ Json skips_json(const SequenceRun& run) {
     list.push_back({{"timestamp", s.timestamp}, {"reason", s.reason}, {"detail", s.detail}});
   }
   return {{"count", run.skipped.size()}, {"reasons", skips_by_reason(run)}, {"frames", std::move(list)}};
-}
-
-Json camera_json(const Camera& c) {
-  return {{"name", c.name},
-          {"width", c.width},
-          {"height", c.height},
-          {"fx", c.fx},
-          {"fy", c.fy},
-          {"cx", c.cx},
-          {"cy", c.cy},
-          {"k1", c.k1},
-          {"k2", c.k2},
-          {"p1", c.p1},
-          {"p2", c.p2},
-          {"k3", c.k3},
-          {"depth_scale", c.depth_scale}};
 }
 
 Json map_json(const RunSetting& setting, const Pipeline& pipeline) {
