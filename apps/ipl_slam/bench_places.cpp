@@ -392,9 +392,10 @@ void bench_places(BenchPlacesOptions options) {
     times.push_back(query.milliseconds);
     if (recognised.back().correct) errors.push_back(query.recognised->error);
   }
-  const std::vector<NamedCurve> curves = {{"retrieval", precision_recall(retrieved)},
-                                          {"retrieval, verification", precision_recall(verified)},
-                                          {"retrieval, verification, rivals", precision_recall(recognised)}};
+  const std::vector<NamedCurve> curves = {
+      {"retrieval", precision_recall(retrieved)},
+      {"retrieval + verification", precision_recall(verified)},
+      {"retrieval + verification + rivals", precision_recall(recognised)}};
   const auto findable =
       std::count_if(queries.begin(), queries.end(), [](const Query& query) { return query.has_positive; });
   if (findable == 0) {

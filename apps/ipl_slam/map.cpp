@@ -80,7 +80,7 @@ void export_map(const ExportArguments& arguments) {
   write_file_atomically(folder / "points.ply", points_ply(map));
   write_file_atomically(folder / "lines.ply", lines_ply(map));
   write_file_atomically(folder / "graph.json", json_text(map_graph(map)));
-  write_image_atomically(folder / "map.png", draw_map_view(map, keyframes.front().poses));
+  write_image_atomically(folder / "map.png", draw_map_view(map, keyframes.front()));
   log().info("wrote keyframes.txt, points.ply, lines.ply, graph.json and map.png to {}", folder.string());
 }
 

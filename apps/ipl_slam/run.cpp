@@ -156,7 +156,7 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
   }
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
     write_file_atomically(output / "lines.ply", lines_ply(map));
-    write_image_atomically(output / "map.png", draw_map_view(map, trajectory));
+    write_image_atomically(output / "map.png", draw_map_view(map, parts.front()));
   });
   write_file_atomically(output / "summary.json", json_text(run_summary(result, setting, pipeline,
                                                                        evaluation ? &*evaluation : nullptr)));
@@ -215,6 +215,11 @@ void run(const RunOptions& options) {
 
   const std::unique_ptr<RgbdSource> source = open_source(std::move(dataset), config, options.realtime);
   // Before the output folder: it may find that there is no such model.
+  if (loaded && !config.loops.enabled) {
+    log().warn(
+        "with loops.enabled=false no place of '{}' is recognised: the camera must start where that map ends",
+        options.load_map.string());
+  }
   Pipeline pipeline(camera, config, std::move(loaded), options.localize_only);
   const OutputFolder output(options.output);
   check_map_target(options, output);

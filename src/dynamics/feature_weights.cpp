@@ -18,4 +18,10 @@ double share_inside(const BitMask& mask, const Eigen::Vector2d& start, const Eig
   return static_cast<double>(count) / kSamples;
 }
 
+std::vector<std::uint8_t> removed_features(const std::vector<double>& weights, std::size_t features) {
+  std::vector<std::uint8_t> removed(features, 0);
+  for (std::size_t k = 0; k < weights.size(); ++k) removed[k] = weights[k] > 0.0 ? 0 : 1;
+  return removed;
+}
+
 }  // namespace ipl_slam

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -42,6 +44,10 @@ struct FeatureTrust {
     return regions.empty() ? InstanceId{} : regions[feature];
   }
 };
+
+/// One entry per feature: 1 where its weight is 0, so that it is removed. `weights` may be empty: none is.
+[[nodiscard]] std::vector<std::uint8_t> removed_features(const std::vector<double>& weights,
+                                                         std::size_t features);
 
 /// How much the features of a frame may say. Empty vectors: every feature has weight 1 and lies in no region.
 struct FeatureWeights {

@@ -62,7 +62,8 @@ std::vector<PointId> GuidedSearch::find_points(const Map& map, const PlaceView& 
     }
   }
   const std::vector<int> found =
-      match_projected(view.frame.features, view.frame.grid, windows, options_.match, removed_keypoints(view));
+      match_projected(view.frame.features, view.frame.grid, windows, options_.match,
+                      removed_features(view.trust.weights, view.frame.features.size()));
   std::vector<PointId> points(view.frame.features.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (found[i] >= 0) points[static_cast<std::size_t>(found[i])] = owners[i];
@@ -108,18 +109,6 @@ LineMatch GuidedSearch::line_match(const Line3& line_w, const LineSegment& segme
     match.sigma_end = std::hypot(options_.line_depth_sigma, std::sqrt(segment.depth.covariance(1, 1)));
   }
   return match;
-}
-
-PointMatch point_match(const Eigen::Vector3d& point_w, const Keypoint& keypoint, const ScalePyramid& pyramid,
-                       double weight) {
-  return {point_w, keypoint.undistorted.cast<double>(), keypoint.depth, pyramid.sigma2(keypoint.level),
-          weight};
-}
-
-std::vector<std::uint8_t> removed_keypoints(const PlaceView& view) {
-  std::vector<std::uint8_t> removed(view.frame.features.size(), 0);
-  for (std::size_t k = 0; k < removed.size(); ++k) removed[k] = view.trust.weight(k) > 0.0 ? 0 : 1;
-  return removed;
 }
 
 }  // namespace ipl_slam

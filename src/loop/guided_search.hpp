@@ -67,11 +67,4 @@ class GuidedSearch {
   LineVisibility line_visibility_;
 };
 
-/// A keypoint as an observation of a point of the world.
-[[nodiscard]] PointMatch point_match(const Eigen::Vector3d& point_w, const Keypoint& keypoint,
-                                     const ScalePyramid& pyramid, double weight);
-
-/// 1 per keypoint of weight 0.
-[[nodiscard]] std::vector<std::uint8_t> removed_keypoints(const PlaceView& view);
-
 }  // namespace ipl_slam

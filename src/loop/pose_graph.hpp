@@ -41,7 +41,7 @@ struct PoseGraphOptions {
 struct PoseGraphResult {
   double initial_cost = 0.0, final_cost = 0.0;  ///< half the sum of squared residuals, m^2
   int iterations = 0;
-  bool aborted = false;
+  bool aborted = false;  ///< also where no solution was found; then all poses keep their value
 };
 
 /// Moves the poses that are not fixed so that the sum of weight x |e|^2 over the edges becomes least, with

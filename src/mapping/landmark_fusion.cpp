@@ -7,6 +7,7 @@
 #include "mapping/seen_landmarks.hpp"
 
 namespace ipl_slam {
+
 void LandmarkFusion::fuse_around(Map& map, KeyframeId id) const {
   std::set<KeyframeId> neighbours;
   const std::vector<Covisible> first = map.covisible(id);

@@ -9,6 +9,7 @@
 #include "mapping/seen_landmarks.hpp"
 
 namespace ipl_slam {
+
 std::set<KeyframeId> keyframes_around(const Map& map, KeyframeId centre, int limit, int min_shared) {
   std::set<KeyframeId> chosen{centre};
   for (const Covisible& neighbour : map.covisible(centre)) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "map/landmark_part.hpp"
+
 namespace ipl_slam {
 
 std::string lines_ply(const Map& map) {
@@ -11,7 +13,8 @@ std::string lines_ply(const Map& map) {
     for (const Eigen::Vector3d& p : {line.start, line.end}) {
       vertices += fmt::format("{:.6f} {:.6f} {:.6f}\n", p.x(), p.y(), p.z());
     }
-    edges += fmt::format("{} {} {} {}\n", 2 * count, 2 * count + 1, id.value, line.observations.size());
+    edges += fmt::format("{} {} {} {} {}\n", 2 * count, 2 * count + 1, id.value, line.observations.size(),
+                         part_of(map, line).value);
     ++count;
   });
   return fmt::format(
@@ -27,6 +30,7 @@ std::string lines_ply(const Map& map) {
              "property int vertex2\n"
              "property int id\n"
              "property int observations\n"
+             "property int part\n"
              "end_header\n",
              2 * count, count) +
          vertices + edges;

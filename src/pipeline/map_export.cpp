@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "map/landmark_part.hpp"
 #include "pipeline/camera_json.hpp"
 
 namespace ipl_slam {
@@ -18,11 +19,6 @@ using Json = nlohmann::ordered_json;
 
 Json vector_json(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
-}
-
-template <class Landmark>
-PartId part_of(const Map& map, const Landmark& landmark) {
-  return map.keyframes()[landmark.observations.front().keyframe].part;
 }
 
 Json part_json(const Map& map, PartId part) {

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "evaluation/plot_axes.hpp"
+#include "map/landmark_part.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -61,14 +62,20 @@ void draw_map_line(PlotCanvas& canvas, const PlotAxes& axes, const Line& line) {
 
 }  // namespace
 
-cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
+cv::Mat draw_map_view(const Map& map, const TrajectoryPart& path) {
+  const auto shown = [&](PartId part) { return !path.part.valid() || part == path.part; };
+  std::size_t points = 0, lines = 0, keyframes = 0;
   std::vector<double> xs, ys, zs;
   map.points().for_each([&](PointId, const Point& p) {
+    if (!shown(part_of(map, p))) return;
+    ++points;
     xs.push_back(p.position.x());
     ys.push_back(-p.position.y());  // y points down
     zs.push_back(p.position.z());
   });
   map.lines().for_each([&](LineId, const Line& l) {
+    if (!shown(part_of(map, l))) return;
+    ++lines;
     for (const Eigen::Vector3d& p : {l.start, l.end}) {
       xs.push_back(p.x());
       zs.push_back(p.z());
@@ -76,7 +83,7 @@ cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
   });
   PlotRange x = range_of(xs), z = range_of(zs);
   std::vector<cv::Point2d> line;
-  for (const StampedPose& pose : path) {
+  for (const StampedPose& pose : path.poses) {
     x.add(pose.T_wc.translation().x());
     z.add(pose.T_wc.translation().z());
   }
@@ -85,23 +92,28 @@ cv::Mat draw_map_view(const Map& map, const Trajectory& path) {
 
   PlotCanvas canvas(kWidth, kHeight);
   draw_axes(canvas, axes, "x [m], right of the first camera", "z [m], ahead of the first camera");
-  map.lines().for_each([&](LineId, const Line& l) { draw_map_line(canvas, axes, l); });
+  map.lines().for_each([&](LineId, const Line& l) {
+    if (shown(part_of(map, l))) draw_map_line(canvas, axes, l);
+  });
   map.points().for_each([&](PointId, const Point& p) {
+    if (!shown(part_of(map, p))) return;
     const cv::Point2d at = axes.at(p.position.x(), p.position.z());
     if (!kBox.contains(at)) return;
     const double share =
         std::clamp((-p.position.y() - height.low) / std::max(height.extent(), 1e-6), 0.0, 1.0);
     canvas.disc(at, 1.3, kLow + share * (kHigh - kLow));
   });
-  for (const StampedPose& pose : path)
+  for (const StampedPose& pose : path.poses)
     line.push_back(axes.at(pose.T_wc.translation().x(), pose.T_wc.translation().z()));
   if (line.size() > 1) canvas.polyline(line, kEstimate, 2.0);
-  map.keyframes().for_each(
-      [&](KeyframeId, const Keyframe& keyframe) { draw_keyframe(canvas, axes, keyframe.T_cw.inverse()); });
+  map.keyframes().for_each([&](KeyframeId, const Keyframe& keyframe) {
+    if (!shown(keyframe.part)) return;
+    ++keyframes;
+    draw_keyframe(canvas, axes, keyframe.T_cw.inverse());
+  });
 
-  canvas.text(fmt::format("{} points, {} lines, {} keyframes", map.points().size(), map.lines().size(),
-                          map.keyframes().size()),
-              {kBox.x, 25.0}, kTitleHeight, kText);
+  canvas.text(fmt::format("{} points, {} lines, {} keyframes", points, lines, keyframes), {kBox.x, 25.0},
+              kTitleHeight, kText);
   const cv::Point2d right(kBox.x + kBox.width, 25.0);
   double offset = 0.0;
   for (const auto& [name, color] : {std::pair("path", kEstimate),

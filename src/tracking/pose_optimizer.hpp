@@ -7,6 +7,8 @@
 #include <Eigen/Core>
 
 #include "common/options.hpp"
+#include "features/features.hpp"
+#include "features/scale_pyramid.hpp"
 #include "geometry/camera.hpp"
 #include "geometry/depth_noise.hpp"
 #include "geometry/line3.hpp"
@@ -22,6 +24,13 @@ struct PointMatch {
   double sigma2 = 1.0;                                ///< variance of uv, pixel^2 (of the pyramid level)
   double weight = 1.0;                                ///< alpha_p in [0, 1]; 0 takes the match out
 };
+
+/// A map point that a keypoint shows.
+[[nodiscard]] inline PointMatch point_match(const Eigen::Vector3d& point_w, const Keypoint& keypoint,
+                                            const ScalePyramid& pyramid, double weight) {
+  return {point_w, keypoint.undistorted.cast<double>(), keypoint.depth, pyramid.sigma2(keypoint.level),
+          weight};
+}
 
 /// A line of the map and where the frame saw it.
 struct LineMatch {

@@ -4,23 +4,6 @@
 #include <utility>
 
 namespace ipl_slam {
-namespace {
-
-PointMatch make_match(const Eigen::Vector3d& point_w, const Keypoint& keypoint, const ScalePyramid& pyramid,
-                      double weight) {
-  return {point_w, keypoint.undistorted.cast<double>(), keypoint.depth, pyramid.sigma2(keypoint.level),
-          weight};
-}
-
-// 1 per keypoint of weight 0.
-std::vector<std::uint8_t> removed_points(const FeatureWeights& weights, std::size_t keypoints) {
-  std::vector<std::uint8_t> removed(keypoints, 0);
-  for (std::size_t k = 0; k < keypoints; ++k) removed[k] = weights.point(k) > 0.0 ? 0 : 1;
-  return removed;
-}
-
-}  // namespace
-
 Tracker::Tracker(const Camera& camera, const ScalePyramid& pyramid, const DepthNoiseOptions& noise,
                  const TrackerOptions& options, const SegmentDepthOptions& line_depth, std::uint64_t seed)
     : camera_(camera),
@@ -56,7 +39,7 @@ TrackedFrame Tracker::track(std::shared_ptr<const Frame> frame, std::shared_ptr<
   }
   adopt(std::move(map));
 
-  const View view{*frame, grey, depth, weights, removed_points(weights, frame->features.size())};
+  const View view{*frame, grey, depth, weights, removed_features(weights.points, frame->features.size())};
   Placement placement;
   if (last_is_here_) {
     placement = place_by_prediction(view);
@@ -218,8 +201,8 @@ Tracker::Placement Tracker::match_last_frame(const View& view, const SE3& T_cw, 
   std::vector<std::pair<int, int>> owners;  // keypoint, landmark
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (found[i] < 0) continue;
-    matches.push_back(make_match(positions[i], frame.features.keypoints[found[i]], pyramid_,
-                                 view.weights.point(static_cast<std::size_t>(found[i]))));
+    matches.push_back(point_match(positions[i], frame.features.keypoints[found[i]], pyramid_,
+                                  view.weights.point(static_cast<std::size_t>(found[i]))));
     owners.emplace_back(found[i], landmarks[i]);
   }
   const PoseEstimate estimate = optimizer_.optimize(T_cw, matches);
@@ -265,8 +248,8 @@ Tracker::Placement Tracker::place_in_local_map(const View& view, const Placement
   std::vector<std::size_t> keypoints;
   for (std::size_t k = 0; k < points.size(); ++k) {
     if (points[k] < 0) continue;
-    matches.push_back(make_match(map_->points[points[k]].position, frame.features.keypoints[k], pyramid_,
-                                 view.weights.point(k)));
+    matches.push_back(point_match(map_->points[points[k]].position, frame.features.keypoints[k], pyramid_,
+                                  view.weights.point(k)));
     keypoints.push_back(k);
   }
   LineSights sights = look_for_lines(view, start.T_cw, options_.lines.radius);

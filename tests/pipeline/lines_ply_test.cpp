@@ -95,6 +95,7 @@ TEST(LinesPly, JoinsTheTwoEndsOfEveryLine) {
   map.map.lines().for_each([&](LineId id, const Line& line) {
     const Ply::Row& edge = edges[i++];
     EXPECT_EQ(edge.at("id"), id.value);
+    EXPECT_EQ(edge.at("part"), 0);
     EXPECT_EQ(edge.at("observations"), static_cast<double>(line.observations.size()));
     (line.observations.size() > 1 ? seen_twice : seen_once) = true;
     const auto end = [&](const char* which) -> Eigen::Vector3d {
