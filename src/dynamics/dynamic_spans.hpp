@@ -14,6 +14,8 @@ class DynamicSpans {
  public:
   void add(const DynamicSpan& span);
   [[nodiscard]] bool contains(InstanceId id, std::size_t frame) const;
+  /// In any frame.
+  [[nodiscard]] bool contains(InstanceId id) const { return spans_.contains(id); }
 
  private:
   std::map<InstanceId, std::vector<DynamicSpan>> spans_;  // of one instance: in order of time, apart

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/options.hpp"
+#include "dense/dense_map.hpp"
 #include "dynamics/contour_window.hpp"
 #include "dynamics/dynamic_features.hpp"
 #include "features/line_extractor.hpp"
@@ -78,6 +79,7 @@ struct Config {
   KeyframePolicyOptions keyframes;
   MappingOptions mapping;
   LoopOptions loops;
+  DenseOptions dense;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -95,6 +97,7 @@ struct Config {
     v.section("keyframes", keyframes, "which frames enter the map");
     v.section("mapping", mapping, "landmarks and keyframes");
     v.section("loops", loops, "known places recognised");
+    v.section("dense", dense, "the static semantic cloud");
   }
 };
 

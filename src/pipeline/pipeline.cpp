@@ -67,6 +67,13 @@ Pipeline::Pipeline(const Camera& camera, const Config& config, std::optional<Map
     throw std::invalid_argument("there is no map to localize the camera in");
   }
   mapping_ = make_mapping(camera, config, std::move(loaded));
+  if (config.dense.enabled && !localize_only) {
+    const auto read_map = [mapping = mapping_.get()](const std::function<void(const Map&)>& fn) {
+      mapping->read([&](const Map& map, const std::vector<MappingRecord>&) { fn(map); });
+    };
+    dense_ = make_dense_schedule(camera, config, read_map);
+    if (config.schedule.mode == "realtime") dense_tolerance_ = config.dense.tolerance;
+  }
 }
 
 FrameResult Pipeline::process(const RgbdFrame& image) {
@@ -120,6 +127,7 @@ FrameResult Pipeline::process(const RgbdFrame& image) {
   } else {
     result.keyframe = submit(tracked, *map, grey, image.depth);
   }
+  if (result.keyframe && dense_) keep_view(image, tracked);
 
   stopwatch.restart();
   std::optional<SE3> T_oc;
@@ -161,9 +169,32 @@ bool Pipeline::submit(TrackedFrame& tracked, const LocalMap& map, const cv::Mat&
   return true;
 }
 
+void Pipeline::keep_view(const RgbdFrame& image, const TrackedFrame& tracked) {
+  NewView view{.id = tracked.reference, .frame = image, .instances = last_instances_, .kept = {image.index}};
+  for (const TrackedInstance& seen : last_instances_) {
+    const bool has_class = seen.instance.class_name != "unknown";
+    (has_class ? view.kept.classed : view.kept.unclassed).insert(seen.id);
+  }
+  for (const Region& region : *tracked.weights.regions) {
+    if (region.verdict.dynamic) view.kept.dynamic.insert(region.id);
+  }
+  dense_->add(std::move(view));
+}
+
 void Pipeline::finish() {
   instances_->finish();
   mapping_->finish();
+  if (dense_) dense_->finish();
+}
+
+DenseMap::Result Pipeline::fuse(const std::function<void()>& progress) {
+  const PartId part = trajectory_parts().front().part;
+  std::map<KeyframeId, ViewSituation> wanted;
+  mapping_->read([&](const Map& map, const std::vector<MappingRecord>&) {
+    wanted = dense_->views().in_part(map, part, &instances_->dynamic());
+  });
+  dense_->dense().follow(wanted, dense_tolerance_, wanted.size() + dense_->dense().size(), progress);
+  return dense_->dense().cloud(progress);
 }
 
 std::vector<InstanceRecord> Pipeline::instance_records() const {

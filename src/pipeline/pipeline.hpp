@@ -12,6 +12,7 @@
 #include "features/orb_extractor.hpp"
 #include "mapping/keyframe_policy.hpp"
 #include "pipeline/config.hpp"
+#include "pipeline/dense_schedule.hpp"
 #include "pipeline/instance_record.hpp"
 #include "pipeline/instance_schedule.hpp"
 #include "pipeline/mapping_schedule.hpp"
@@ -67,6 +68,14 @@ class Pipeline {
   [[nodiscard]] const MappingSchedule& mapping() const { return *mapping_; }
   [[nodiscard]] const InstanceSchedule& instances() const { return *instances_; }
   [[nodiscard]] const Camera& camera() const { return camera_; }
+  /// Null where no dense map is made: with dense.enabled off, and with `localize_only`.
+  [[nodiscard]] const DenseSchedule* dense() const { return dense_.get(); }
+  /// Makes the cloud of the static world, with all that is known at the end, in the world of the first of
+  /// trajectory_parts(). To be called after finish(), and where dense() is not null. Calls `progress` three
+  /// times a keyframe.
+  [[nodiscard]] DenseMap::Result fuse(const std::function<void()>& progress = {});
+  /// The surface of what was fused last.
+  [[nodiscard]] TriangleMesh mesh(const SemanticCloud& cloud) const { return dense_->dense().mesh(cloud); }
   /// The frame that was processed last, with the features that agree with its pose.
   [[nodiscard]] const TrackedFrame& last_tracked() const { return last_tracked_; }
   /// The instances of that frame, with their masks.
@@ -87,6 +96,8 @@ class Pipeline {
   bool submit(TrackedFrame& tracked, const LocalMap& map, const cv::Mat& grey, const cv::Mat& depth);
   /// Starts the map, or a new part of it, with this frame if it shows enough.
   bool start_map(TrackedFrame& first, const cv::Mat& grey, const cv::Mat& depth, FrameTimes& times);
+  /// Hands a frame that became a keyframe to the dense map.
+  void keep_view(const RgbdFrame& image, const TrackedFrame& tracked);
   [[nodiscard]] std::vector<InstanceRecord> instance_records() const;
 
   Camera camera_;
@@ -99,6 +110,8 @@ class Pipeline {
   Tracker tracker_;
   KeyframePolicy policy_;
   std::unique_ptr<MappingSchedule> mapping_;
+  std::unique_ptr<DenseSchedule> dense_;  // after mapping_, which it reads
+  double dense_tolerance_ = 0.0;          // m
   bool localize_only_;
   KeyframeId first_made_;  // all before it were loaded
   std::vector<Placed> placed_;
