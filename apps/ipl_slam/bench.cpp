@@ -9,6 +9,7 @@
 
 #include <ipl_slam/error.hpp>
 
+#include "bench_cloud.hpp"
 #include "bench_places.hpp"
 #include "bench_tum.hpp"
 #include "common/stopwatch.hpp"
@@ -44,6 +45,7 @@ void bench_tracking(const SequenceOptions& options) {
   config.schedule.mode = "lockstep";
   config.schedule.threads = 1;
   config.segmentation.segmenter = "none";
+  config.dense.enabled = false;
   const Camera camera = options.load_camera();
   TumDataset source(options.folder, camera, options.dataset_options());
   Pipeline pipeline(camera, config);
@@ -93,6 +95,7 @@ void add_bench_verb(CLI::App& app) {
   tracking->callback([options] { bench_tracking(*options); });
   add_bench_tum(*verb);
   add_bench_places(*verb);
+  add_bench_cloud(*verb);
 }
 
 }  // namespace ipl_slam::cli

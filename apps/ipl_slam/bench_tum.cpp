@@ -260,7 +260,8 @@ std::vector<PlannedRun> make_plan(const BenchTumOptions& options, const std::vec
 std::optional<Json> run_once(const PlannedRun& planned, std::size_t max_frames,
                              const std::function<void()>& frame_taken) {
   const Sequence& sequence = *planned.sequence;
-  const Config& config = planned.variant->config;
+  Config config = planned.variant->config;
+  config.dense.enabled = false;  // it has no part in the path
   auto dataset = std::make_unique<TumDataset>(sequence.folder, sequence.camera);
   const RunSetting setting{sequence.folder.string(), planned.variant->configuration.preset, sequence.camera,
                            config, dataset->unpaired_color()};

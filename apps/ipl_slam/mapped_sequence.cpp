@@ -12,6 +12,7 @@ namespace {
 Config without_places(Config config) {
   config.loops.enabled = false;
   config.schedule.mode = "lockstep";
+  config.dense.enabled = false;
   return config;
 }
 

@@ -5,19 +5,23 @@
 
 #include <ipl_slam/error.hpp>
 
+#include "cloud_outputs.hpp"
 #include "common/atomic_file.hpp"
 #include "common/interrupt.hpp"
 #include "common/log.hpp"
 #include "common/progress.hpp"
+#include "common/stopwatch.hpp"
 #include "dataset/trajectory.hpp"
 #include "evaluation/report.hpp"
 #include "evaluation/trajectory_plot.hpp"
 #include "frame_folder.hpp"
+#include "dense/keyframe_folder.hpp"
 #include "map/map_file.hpp"
 #include "output.hpp"
 #include "pipeline/feature_overlay.hpp"
 #include "pipeline/instance_log.hpp"
 #include "pipeline/instance_overlay.hpp"
+#include "pipeline/kept_keyframes.hpp"
 #include "pipeline/lines_ply.hpp"
 #include "pipeline/loaded_map.hpp"
 #include "pipeline/map_view.hpp"
@@ -37,6 +41,8 @@ struct RunOptions {
   SequenceOptions sequence;
   fs::path output;
   SegmenterChoice segmenter;
+  CloudOutputs cloud;
+  bool save_keyframes = false;
   fs::path save_map, load_map;
   bool localize_only = false;
   bool realtime = false;
@@ -52,7 +58,7 @@ class OutputFolder {
     check_writable(folder_ / "summary.json");
   }
 
-  [[nodiscard]] fs::path operator/(const char* name) const { return folder_ / name; }
+  [[nodiscard]] fs::path operator/(const std::string& name) const { return folder_ / name; }
   [[nodiscard]] const fs::path& path() const { return folder_; }
 
   /// For a run that has nothing to write.
@@ -66,7 +72,9 @@ class OutputFolder {
     std::error_code ignored;
     for (const char* name : {"summary.json", "trajectory.png", "instances.jsonl"})
       fs::remove(folder_ / name, ignored);
+    for (const std::string& name : CloudOutputs::all_names()) fs::remove(folder_ / name, ignored);
     FrameFolder::clear(folder_ / "overlays");
+    clear_keyframe_folder(folder_ / "keyframes");
   }
 
  private:
@@ -136,8 +144,33 @@ void judge(const SequenceRun& result, const RunOptions& options, const RunSettin
   }
 }
 
-void write_results(const OutputFolder& output, const SequenceRun& result, const RunSetting& setting,
-                   const std::optional<Trajectory>& truth, const Pipeline& pipeline, FrameFolder* overlays) {
+// The cloud of the whole run; nothing where there is none to be made.
+std::optional<FusedRun> fuse(Pipeline& pipeline) {
+  if (pipeline.dense() == nullptr) return std::nullopt;
+  const Stopwatch stopwatch;
+  std::optional<ProgressBar> bar;
+  if (says_remarks()) bar.emplace("fusing", 3 * pipeline.dense()->dense().views().ids().size());
+  DenseMap::Result fused = pipeline.fuse([&] {
+    if (bar) bar->advance();
+  });
+  return FusedRun{std::move(fused), stopwatch.milliseconds() / 1000.0};
+}
+
+void write_cloud(const OutputFolder& output, const RunOptions& options, const Pipeline& pipeline,
+                 const FusedRun& fused) {
+  const DenseMap& dense = pipeline.dense()->dense();
+  options.cloud.write(output.path(), fused.result, dense, pipeline.trajectory());
+  if (!options.save_keyframes) return;
+  pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
+    write_keyframe_folder(output / "keyframes", dense.views(), dense.camera(),
+                          kept_keyframes(map, pipeline.dense()->views(), &pipeline.instances().dynamic()));
+  });
+}
+
+void write_results(const OutputFolder& output, const RunOptions& options, const SequenceRun& result,
+                   const RunSetting& setting, const std::optional<Trajectory>& truth, Pipeline& pipeline,
+                   FrameFolder* overlays) {
+  const std::optional<FusedRun> fused = fuse(pipeline);
   const std::vector<TrajectoryPart> parts = pipeline.trajectory_parts();
   const Trajectory& trajectory = parts.front().poses;
   const std::optional<Evaluation> evaluation = evaluate_run(truth, trajectory);
@@ -158,9 +191,9 @@ void write_results(const OutputFolder& output, const SequenceRun& result, const 
     write_file_atomically(output / "lines.ply", lines_ply(map));
     write_image_atomically(output / "map.png", draw_map_view(map, parts.front()));
   });
-  write_file_atomically(output / "summary.json", json_text(run_summary(result, setting, pipeline,
-                                                                       evaluation ? &*evaluation : nullptr)));
-  fmt::print("{}", run_text(result, pipeline));
+  if (fused) write_cloud(output, options, pipeline, *fused);
+  write_file_atomically(output / "summary.json", json_text(run_summary(result, setting, pipeline, evaluation ? &*evaluation : nullptr, fused ? &*fused : nullptr)));
+  fmt::print("{}", run_text(result, pipeline, fused ? &*fused : nullptr));
   if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
   fmt::print("results in {}\n", output.path().string());
 }
@@ -236,7 +269,7 @@ void run(const RunOptions& options) {
   }
   for (const std::string& remark : pipeline.instances().remarks()) log().warn("{}", remark);
   const auto write = [&] {
-    write_results(output, result, setting, truth, pipeline, overlays ? &*overlays : nullptr);
+    write_results(output, options, result, setting, truth, pipeline, overlays ? &*overlays : nullptr);
   };
   try {
     save(options, pipeline);
@@ -257,13 +290,17 @@ void add_run_verb(CLI::App& app) {
   options->segmenter.add_to(*verb);
   verb->add_option(
           "-o,--output", options->output,
-          "Folder for the results, made if need be: trajectory.txt, keyframes.txt, lines.ply, "
-          "instances.jsonl, timings.csv, map.png, summary.json and, with ground truth, trajectory.png")
+          "Folder for the results, made if need be: trajectory.txt, keyframes.txt, cloud.ply, objects.json, "
+          "lines.ply, instances.jsonl, timings.csv, map.png, summary.json and, with ground truth, "
+          "trajectory.png")
       ->type_name("RUN_DIR")
       ->check(not_empty())
       ->required();
   verb->add_flag("--save-overlays", options->save_overlays,
                  "Write each frame with its points, lines and instances drawn in to RUN_DIR/overlays");
+  options->cloud.add_to(*verb);
+  verb->add_flag("--save-keyframes", options->save_keyframes,
+                 "Write the keyframes' images and masks to RUN_DIR/keyframes, for `ipl_slam map export`");
   verb->add_option("--save-map", options->save_map,
                    "Write the map to this file at the end, to go on with it or to export it (`ipl_slam map`)")
       ->type_name("FILE")

@@ -8,6 +8,7 @@
 //     if (result.state == ipl_slam::TrackingState::kTracking) use(result.T_wc);
 //   }
 //   slam.save_trajectory("trajectory.txt");
+//   slam.save_cloud("cloud.ply");
 //
 // Units and frames: metres, seconds, pixels. The camera frame is x right, y down, z forward. The world frame
 // is the camera frame of the first frame that was tracked, or, where a saved map was loaded, the world of
@@ -114,8 +115,8 @@ struct TrackingResult {
 /// One camera's SLAM. Frames are worked off in the order they come, each within process(), so that the same
 /// frames and settings give the same bytes out, whatever the machine's speed. With the setting
 /// "schedule.mode=realtime" segmentation and mapping run on threads of their own: process() returns sooner,
-/// results depend on timing, and trajectory(), keyframes(), save_trajectory() and save_map() wait until
-/// the map is up to date.
+/// results depend on timing, and trajectory(), keyframes() and what is saved wait until the map is up to
+/// date.
 ///
 /// Thread-safety: one object must not be used by two threads at the same time; different objects are
 /// independent. Movable, not copyable; a moved-from object may only be assigned to or destroyed.
@@ -154,6 +155,12 @@ class IPL_SLAM_API Slam {
   /// the file like save_trajectory(), be it the one that was loaded. Throws UserError when it cannot be
   /// written, or while there is no map yet.
   void save_map(const std::filesystem::path& file) const;
+  /// Fuses the static surfaces that the frames taken into the map saw, in the world of trajectory(), and writes
+  /// them as a labelled point cloud: PLY, or PCD where the file's name ends in .pcd (docs/formats.md). Replaces
+  /// the file like save_trajectory(). Takes some hundredths of a second per keyframe that is new or moved since
+  /// the last call. Throws UserError when the file cannot be written, while there is no map yet, with the setting
+  /// dense.enabled=false and with `localize_only`.
+  void save_cloud(const std::filesystem::path& file) const;
 
  private:
   class Impl;

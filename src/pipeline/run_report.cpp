@@ -165,6 +165,46 @@ std::string places_text(const std::vector<PlaceEvent>& events) {
   return words.empty() ? "" : fmt::format("{}\n", fmt::join(words, ", "));
 }
 
+std::size_t labelled(const SemanticCloud& cloud) {
+  return static_cast<std::size_t>(
+      std::count_if(cloud.points.begin(), cloud.points.end(),
+                    [](const CloudPoint& p) { return p.label != CloudPoint::kUnlabelled; }));
+}
+
+Json cloud_json(const DenseSchedule& schedule, const FusedRun& fused) {
+  const DenseMap& dense = schedule.dense();
+  const std::size_t kept = schedule.views().all().size();
+  return {{"points", fused.result.cloud.points.size()},
+          {"labelled", labelled(fused.result.cloud)},
+          {"objects", fused.result.objects.size()},
+          {"keyframes", dense.size()},
+          {"keyframes_of_other_parts", kept - dense.size()},
+          {"keyframes_dropped", schedule.dropped()},
+          {"rebuilds", dense.rebuilds()},
+          {"refused_blocks", dense.volume().refused()},
+          {"volume_bytes", dense.volume().grid().bytes()},
+          {"view_bytes", dense.views().bytes()},
+          {"seconds", fused.seconds}};
+}
+
+// What the cloud holds, and what is not in it though it might have been.
+std::string cloud_text(const DenseSchedule& schedule, const FusedRun& fused) {
+  const DenseMap& dense = schedule.dense();
+  std::string text = fmt::format("cloud of {} points, {} of them with a class, {} objects; volume {} MiB, {:.1f} s\n",
+                                 fused.result.cloud.points.size(), labelled(fused.result.cloud),
+                                 fused.result.objects.size(), dense.volume().grid().bytes() >> 20U, fused.seconds);
+  if (const std::size_t others = schedule.views().all().size() - dense.size()) {
+    text += fmt::format("  {} keyframes of other parts of the map are not in it\n", others);
+  }
+  if (schedule.dropped() > 0) {
+    text += fmt::format("  {} keyframes are not in it: the machine was too slow\n", schedule.dropped());
+  }
+  if (dense.volume().refused() > 0) {
+    text += "  it is cut short at dense.volume.max_memory: raise that, or dense.volume.voxel\n";
+  }
+  return text;
+}
+
 double frames_per_second(const SequenceRun& run) {
   return run.seconds > 0.0 ? static_cast<double>(run.frames.size()) / run.seconds : 0.0;
 }
@@ -172,7 +212,7 @@ double frames_per_second(const SequenceRun& run) {
 }  // namespace
 
 Json run_summary(const SequenceRun& run, const RunSetting& setting, const Pipeline& pipeline,
-                 const Evaluation* evaluation) {
+                 const Evaluation* evaluation, const FusedRun* fused) {
   const InstanceSchedule& instances = pipeline.instances();
   Config config = setting.config;
   return {{"version", kVersion},
@@ -189,6 +229,7 @@ Json run_summary(const SequenceRun& run, const RunSetting& setting, const Pipeli
             {"unpaired_color", setting.unpaired_color}}},
           {"map", map_json(setting, pipeline)},
           {"places", places_json(pipeline.mapping().events())},
+          {"cloud", fused ? cloud_json(*pipeline.dense(), *fused) : Json(nullptr)},
           {"instances", instances_json(run, setting, instances)},
           {"evaluation", evaluation ? evaluation_json(*evaluation) : Json(nullptr)},
           {"seconds", run.seconds},
@@ -229,7 +270,7 @@ std::vector<std::string> skip_lines(const SequenceRun& run) {
   return lines;
 }
 
-std::string run_text(const SequenceRun& run, const Pipeline& pipeline) {
+std::string run_text(const SequenceRun& run, const Pipeline& pipeline, const FusedRun* fused) {
   std::string text;
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
     text = fmt::format("{} frames: {} tracked, {} lost, {} skipped; {} keyframes, {} points, {} lines\n",
@@ -250,6 +291,7 @@ std::string run_text(const SequenceRun& run, const Pipeline& pipeline) {
   if (const SeenIds seen = seen_ids(run, pipeline.instances().dynamic()); !seen.all.empty()) {
     text += fmt::format("{} instances seen, {} of them moving\n", seen.all.size(), seen.moving.size());
   }
+  if (fused) text += cloud_text(*pipeline.dense(), *fused);
   text += fmt::format("{:.1f} s, {:.1f} frames/s, peak memory {} MiB\n", run.seconds, frames_per_second(run),
                       process_memory().peak >> 20U);
   return text;

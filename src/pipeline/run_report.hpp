@@ -22,15 +22,23 @@ struct RunSetting {
   bool localize_only = false;
 };
 
-/// The content of summary.json (docs/formats.md).
+/// The cloud of a run.
+struct FusedRun {
+  DenseMap::Result result;
+  double seconds = 0.0;  ///< it took at the end
+};
+
+/// The content of summary.json (docs/formats.md). Null: there is none.
 [[nodiscard]] nlohmann::ordered_json run_summary(const SequenceRun& run, const RunSetting& setting,
-                                                 const Pipeline& pipeline, const Evaluation* evaluation);
+                                                 const Pipeline& pipeline, const Evaluation* evaluation,
+                                                 const FusedRun* fused = nullptr);
 /// The content of timings.csv: one line per processed frame, times in milliseconds.
 [[nodiscard]] std::string timings_csv(const SequenceRun& run);
 /// "2 x missing color image, e.g. room/rgb/3.png: no such file": a line per reason; empty if none was
 /// skipped.
 [[nodiscard]] std::vector<std::string> skip_lines(const SequenceRun& run);
 /// The same summary in a few lines for the terminal.
-[[nodiscard]] std::string run_text(const SequenceRun& run, const Pipeline& pipeline);
+[[nodiscard]] std::string run_text(const SequenceRun& run, const Pipeline& pipeline,
+                                   const FusedRun* fused = nullptr);
 
 }  // namespace ipl_slam

@@ -6,7 +6,9 @@
 
 #include <ipl_slam/slam.hpp>
 
+#include "common/atomic_file.hpp"
 #include "dataset/camera_config.hpp"
+#include "dense/cloud_file.hpp"
 #include "map/map_file.hpp"
 #include "pipeline/loaded_map.hpp"
 #include "pipeline/pipeline.hpp"
@@ -169,6 +171,19 @@ void Slam::save_map(const std::filesystem::path& file) const {
     }
     ipl_slam::save_map(file, map, impl_->pipeline.camera());
   });
+}
+
+void Slam::save_cloud(const std::filesystem::path& file) const {
+  impl_->pipeline.finish();
+  if (impl_->pipeline.dense() == nullptr) {
+    throw UserError(fmt::format("'{}' was not written: no cloud is made with dense.enabled=false or localize_only",
+                                file.string()));
+  }
+  const SemanticCloud cloud = impl_->pipeline.fuse().cloud;
+  if (cloud.points.empty()) {
+    throw UserError(fmt::format("'{}' was not written: nothing was mapped yet", file.string()));
+  }
+  write_file_atomically(file, file.extension() == ".pcd" ? cloud_pcd(cloud) : cloud_ply(cloud));
 }
 
 }  // namespace ipl_slam
