@@ -125,8 +125,8 @@ cv::Mat plane_distances(const cv::Mat& inverse_depth, const Camera& camera) {
       const int above = span(at, -down, row), below = span(at, down, planes.rows - 1 - row);
       if (left + right == 0 || above + below == 0) continue;
       const auto x = static_cast<float>(((column + 0.5) * kCell - 0.5 - camera.cx) / camera.fx);
-      const float nx = (at[right] - at[-left]) * static_cast<float>(camera.fx / kCell) /
-                       static_cast<float>(left + right);
+      const float nx =
+          (at[right] - at[-left]) * static_cast<float>(camera.fx / kCell) / static_cast<float>(left + right);
       const float ny = (at[below * down] - at[-above * down]) * static_cast<float>(camera.fy / kCell) /
                        static_cast<float>(above + below);
       const float nz = *at - x * nx - y * ny;
@@ -206,8 +206,8 @@ RangeImage make_range_image(const cv::Mat& depth, const cv::Mat& left_out, const
     for (std::size_t u = 0; u < columns; ++u) {
       plane[u] = of_cell[u / kCell];
       if (plane[u] > 0.0F || edge[u] != 0 || raw[u] == 0) continue;
-      plane[u] = plane_nearby(planes, inverse_depth, v / kCell, static_cast<int>(u) / kCell, 1.0F / metres[u],
-                              like);
+      plane[u] =
+          plane_nearby(planes, inverse_depth, v / kCell, static_cast<int>(u) / kCell, 1.0F / metres[u], like);
     }
     const RowFilter filter{x2, static_cast<float>(1.0 + std::pow((v - camera.cy) / camera.fy, 2)), max_depth,
                            static_cast<float>(options.min_incidence * options.min_incidence)};

@@ -13,8 +13,8 @@
 namespace ipl_slam {
 
 struct VolumeOptions {
-  double voxel = 0.01;        ///< m
-  double truncation = 0.04;   ///< m
+  double voxel = 0.01;       ///< m
+  double truncation = 0.04;  ///< m
   /// m. With depth_sigma it makes views from 2 m count half, from 3 m a seventh of the nearest.
   double pose_sigma = 0.005;
   /// 1/m. Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 2012: 1.4 mm at
@@ -43,7 +43,13 @@ struct VolumeOptions {
 ///
 /// The state depends on the views that are in it and their poses alone, once every view was brought up to
 /// date by catch_up(): not on their order, nor on what was in it before. (A voxel's sums end at 65535; a view
-/// weighs 16 at most, so this holds for 4095 views of one place.)
+/// weighs 16 at most, so this holds for 4095 views of one place.) Where max_memory left no room for a block,
+/// the order of views decides which blocks there are.
+///
+/// A block exists as long as a view has its surface there. A view weighs by the error of its depth and of its
+/// pose, and by the angle at which it sees the surface. A voxel is looked through by a view whose rays go on
+/// behind it, by more than the truncation and three times the error of depth, and whose own surface is not
+/// within the truncation.
 class TsdfVolume {
  public:
   /// A view's contribution at one moment. Blocks that were born later do not have it.
@@ -68,6 +74,8 @@ class TsdfVolume {
   [[nodiscard]] std::size_t refused() const { return refused_; }
 
  private:
+  [[nodiscard]] bool is_full() const;
+
   Camera camera_;
   VolumeOptions options_;
   Simd simd_;
