@@ -108,12 +108,20 @@ int span(const float* at, std::ptrdiff_t stride, int room) {
   return n;
 }
 
+// Growth per cell. What is too thin to tell counts as facing the camera.
+float slope(const float* at, std::ptrdiff_t stride, int room_before, int room_behind) {
+  const int before = span(at, -stride, room_before), behind = span(at, stride, room_behind);
+  if (before + behind == 0) return 0.0F;
+  return (at[behind * stride] - at[-before * stride]) / static_cast<float>(before + behind);
+}
+
 // CV_32FC1, one value per cell: distance of the camera from the surface's tangent plane, m; 0 = not known.
 // Inverse depth is linear over the image of a plane: with n . p = D and p = z m, 1/z = (n / D) . m. Its
 // derivatives by x and y are thus n_x / D and n_y / D, and |n| = 1 gives D.
 cv::Mat plane_distances(const cv::Mat& inverse_depth, const Camera& camera) {
   cv::Mat planes = cv::Mat::zeros(inverse_depth.size(), CV_32FC1);
   const auto down = static_cast<std::ptrdiff_t>(inverse_depth.step1());
+  const auto per_x = static_cast<float>(camera.fx / kCell), per_y = static_cast<float>(camera.fy / kCell);
   for (int row = 0; row < planes.rows; ++row) {
     const auto* from = inverse_depth.ptr<float>(row);
     auto* to = planes.ptr<float>(row);
@@ -121,14 +129,9 @@ cv::Mat plane_distances(const cv::Mat& inverse_depth, const Camera& camera) {
     for (int column = 0; column < planes.cols; ++column) {
       const float* at = from + column;
       if (*at == 0.0F) continue;
-      const int left = span(at, -1, column), right = span(at, 1, planes.cols - 1 - column);
-      const int above = span(at, -down, row), below = span(at, down, planes.rows - 1 - row);
-      if (left + right == 0 || above + below == 0) continue;
       const auto x = static_cast<float>(((column + 0.5) * kCell - 0.5 - camera.cx) / camera.fx);
-      const float nx =
-          (at[right] - at[-left]) * static_cast<float>(camera.fx / kCell) / static_cast<float>(left + right);
-      const float ny = (at[below * down] - at[-above * down]) * static_cast<float>(camera.fy / kCell) /
-                       static_cast<float>(above + below);
+      const float nx = slope(at, 1, column, planes.cols - 1 - column) * per_x;
+      const float ny = slope(at, down, row, planes.rows - 1 - row) * per_y;
       const float nz = *at - x * nx - y * ny;
       to[column] = 1.0F / std::sqrt(nx * nx + ny * ny + nz * nz);
     }
