@@ -4,7 +4,6 @@
 
 #include "common/options.hpp"
 #include "geometry/camera.hpp"
-#include "geometry/depth_noise.hpp"
 
 namespace ipl_slam {
 

@@ -8,16 +8,19 @@
 #include "dense/range_image.hpp"
 #include "dense/voxel_grid.hpp"
 #include "geometry/camera.hpp"
-#include "geometry/depth_noise.hpp"
 #include "geometry/se3.hpp"
 
 namespace ipl_slam {
 
 struct VolumeOptions {
-  double voxel = 0.01;        ///< m
-  double truncation = 0.04;   ///< m
-  double pose_sigma = 0.005;  ///< m
-  int max_memory = 4096;      ///< MiB
+  double voxel = 0.01;       ///< m
+  double truncation = 0.04;  ///< m
+  /// m. With depth_sigma it makes views from 2 m count half, from 3 m a seventh of the nearest.
+  double pose_sigma = 0.005;
+  /// 1/m. Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 2012: 1.4 mm at
+  /// 1 m, in proportion to the square of depth. (Tracking trusts depth less: see DepthNoiseOptions.)
+  double depth_sigma = 0.0014;
+  int max_memory = 4096;  ///< MiB
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -28,6 +31,8 @@ struct VolumeOptions {
              {0.0, 1.0, "m",
               "error of a surface point that the camera's pose makes, beside that of its depth: views from "
               "near count no more than this allows"});
+    v.number("depth_sigma", depth_sigma,
+             {1e-5, 1.0, "1/m", "error of measured depth at 1 m; it grows with the square of depth"});
     v.number("max_memory", max_memory,
              {16, 1048576, "MiB", "no voxels are added beyond this; the run goes on and says so"});
   }
@@ -38,15 +43,20 @@ struct VolumeOptions {
 ///
 /// The state depends on the views that are in it and their poses alone, once every view was brought up to
 /// date by catch_up(): not on their order, nor on what was in it before. (A voxel's sums end at 65535; a view
-/// weighs 16 at most, so this holds for 4095 views of one place.)
+/// weighs 16 at most, so this holds for 4095 views of one place.) Where max_memory left no room for a block,
+/// the order of views decides which blocks there are.
+///
+/// A block exists as long as a view has its surface there. A view weighs by the error of its depth and of its
+/// pose, and by the angle at which it sees the surface. A voxel is looked through by a view whose rays go on
+/// behind it, by more than the truncation and three times the error of depth, and whose own surface is not
+/// within the truncation.
 class TsdfVolume {
  public:
   /// A view's contribution at one moment. Blocks that were born later do not have it.
   using Moment = std::uint32_t;
 
   /// camera: its distortion does not count.
-  TsdfVolume(const Camera& camera, const VolumeOptions& options, const DepthNoiseOptions& noise,
-             Simd simd = best_simd());
+  TsdfVolume(const Camera& camera, const VolumeOptions& options, Simd simd = best_simd());
 
   /// Takes a view in.
   [[nodiscard]] Moment add(const RangeImage& view, const SE3& T_cw);
@@ -64,9 +74,10 @@ class TsdfVolume {
   [[nodiscard]] std::size_t refused() const { return refused_; }
 
  private:
+  [[nodiscard]] bool is_full() const;
+
   Camera camera_;
   VolumeOptions options_;
-  DepthNoiseOptions noise_;
   Simd simd_;
   VoxelGrid grid_;
   Moment clock_ = 0;
