@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <yaml-cpp/yaml.h>
 
 #include <ipl_slam/error.hpp>
@@ -183,6 +184,15 @@ Camera load_camera(const std::string& name_or_file) {
                                 fmt::join(camera_presets(), ", ")));
   }
   return CameraFile(file).read();
+}
+
+std::string camera_yaml(const Camera& c) {
+  return fmt::format(
+      "name: {}\nwidth: {}\nheight: {}\nfx: {}\nfy: {}\ncx: {}\ncy: {}\nk1: {}\nk2: {}\np1: {}\np2: {}\nk3: "
+      "{}\n"
+      "depth_scale: {}\n",
+      nlohmann::json(c.name).dump(), c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3,
+      c.depth_scale);
 }
 
 std::optional<std::string> guess_camera(const fs::path& folder) {

@@ -21,6 +21,9 @@ namespace ipl_slam {
 /// value that cannot be. The message names file and line.
 [[nodiscard]] Camera load_camera(const std::string& name_or_file);
 
+/// The text of a camera file, which load_camera reads back as the same camera.
+[[nodiscard]] std::string camera_yaml(const Camera& camera);
+
 /// What to give to load_camera for a sequence: the path of camera.yaml where the folder holds one, or a
 /// preset told by the folder's name ("freiburg1" or "fr1", ..., "bonn"; the folder above counts where the
 /// name itself says nothing).

@@ -12,6 +12,7 @@
 
 #include <ipl_slam/error.hpp>
 
+#include "dataset/camera_config.hpp"
 #include "dataset/synthetic/parallel_loop.hpp"
 
 namespace ipl_slam {
@@ -76,14 +77,6 @@ std::string ground_truth(const SyntheticSource& source) {
                         t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
   }
   return text;
-}
-
-std::string camera_yaml(const Camera& c) {
-  return fmt::format(
-      "name: {}\nwidth: {}\nheight: {}\nfx: {}\nfy: {}\ncx: {}\ncy: {}\nk1: {}\nk2: {}\np1: {}\np2: {}\nk3: "
-      "{}\n"
-      "depth_scale: {}\n",
-      c.name, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3, c.depth_scale);
 }
 
 std::string objects_json(const SyntheticSource& source) {
