@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "common/union_find.hpp"
 
@@ -34,40 +35,76 @@ float quantile(std::vector<float>& values, double share) {
 
 }  // namespace
 
-// Where points of the world come to lie in a view.
-struct CloudPainter::Projection {
-  Eigen::Matrix3f R_cw;
-  Eigen::Vector3f t_cw, camera_w;
-  float fx, fy, cx, cy;
-  int width, height;
-  std::array<Eigen::Vector3f, 4> sides;  // of the pyramid of sight: unit normals, inwards, camera frame
-  float farthest;                        // depth at which something was measured
+// A point as a view sees it.
+struct CloudPainter::Sight {
+  int u, v;      // its pixel
+  float depth;   // measured there, m
+  float cosine;  // between ray and normal
+};
 
-  Projection(const Camera& camera, const SE3& T_cw, const cv::Mat& depth)
-      : R_cw(T_cw.rotation_matrix().cast<float>()),
-        t_cw(T_cw.translation().cast<float>()),
-        camera_w(T_cw.inverse().translation().cast<float>()),
-        fx(static_cast<float>(camera.fx)),
-        fy(static_cast<float>(camera.fy)),
-        cx(static_cast<float>(camera.cx)),
-        cy(static_cast<float>(camera.cy)),
-        width(camera.width),
-        height(camera.height) {
-    const float left = cx + 0.5F, top = cy + 0.5F;  // from the principal point to the picture's edges
-    const float right = static_cast<float>(width) - left, bottom = static_cast<float>(height) - top;
-    sides = {Eigen::Vector3f(fx, 0, left).normalized(), Eigen::Vector3f(-fx, 0, right).normalized(),
-             Eigen::Vector3f(0, fy, top).normalized(), Eigen::Vector3f(0, -fy, bottom).normalized()};
+// What of the world lies in a view.
+class CloudPainter::Projection {
+ public:
+  Projection(const Camera& camera, const SE3& T_cw, const cv::Mat& depth, const PaintOptions& options)
+      : R_cw_(T_cw.rotation_matrix().cast<float>()),
+        t_cw_(T_cw.translation().cast<float>()),
+        centre_w_(T_cw.inverse().translation().cast<float>()),
+        fx_(static_cast<float>(camera.fx)),
+        fy_(static_cast<float>(camera.fy)),
+        left_(static_cast<float>(camera.cx) + 0.5F),
+        top_(static_cast<float>(camera.cy) + 0.5F),
+        width_(static_cast<float>(camera.width)),
+        height_(static_cast<float>(camera.height)),
+        sides_{Eigen::Vector3f(fx_, 0, left_).normalized(),
+               Eigen::Vector3f(-fx_, 0, width_ - left_).normalized(),
+               Eigen::Vector3f(0, fy_, top_).normalized(),
+               Eigen::Vector3f(0, -fy_, height_ - top_).normalized()},
+        depth_(depth),
+        tolerance_(static_cast<float>(options.tolerance)),
+        depth_tolerance_(static_cast<float>(options.depth_tolerance)) {
     double most = 0.0;
     cv::minMaxLoc(depth, nullptr, &most);
-    farthest = static_cast<float>(most);
+    farthest_ = static_cast<float>(most) + tolerance(static_cast<float>(most));
   }
 
-  [[nodiscard]] bool may_see(const Group& group, float tolerance) const {
-    const Eigen::Vector3f c = R_cw * group.centre + t_cw;
-    if (c.z() < -group.radius || c.z() - group.radius > farthest + tolerance) return false;
-    return std::all_of(sides.begin(), sides.end(),
+  [[nodiscard]] bool may_see(const Group& group) const {
+    const Eigen::Vector3f c = R_cw_ * group.centre + t_cw_;
+    if (c.z() < -group.radius || c.z() - group.radius > farthest_) return false;
+    return std::all_of(sides_.begin(), sides_.end(),
                        [&](const Eigen::Vector3f& side) { return side.dot(c) >= -group.radius; });
   }
+
+  // False where the point is out of the picture, turned away, or not what the depth shows.
+  [[nodiscard]] bool see(const SurfacePoint& point, Sight& sight) const {
+    const Eigen::Vector3f towards = centre_w_ - point.position;
+    const float facing = point.normal.dot(towards);
+    if (facing <= 0.0F) return false;
+    const Eigen::Vector3f p_c = R_cw_ * point.position + t_cw_;
+    if (p_c.z() <= 0.0F) return false;
+    const float u = fx_ * p_c.x() / p_c.z() + left_, v = fy_ * p_c.y() / p_c.z() + top_;
+    if (!(u >= 0.0F && v >= 0.0F && u < width_ && v < height_)) return false;
+    sight.u = static_cast<int>(u);
+    sight.v = static_cast<int>(v);
+    sight.depth = depth_.at<float>(sight.v, sight.u);
+    if (sight.depth <= 0.0F || std::abs(p_c.z() - sight.depth) > tolerance(sight.depth)) return false;
+    sight.cosine = facing / towards.norm();
+    return true;
+  }
+
+ private:
+  [[nodiscard]] float tolerance(float depth) const {
+    return std::max(tolerance_, depth_tolerance_ * depth * depth);
+  }
+
+  Eigen::Matrix3f R_cw_;
+  Eigen::Vector3f t_cw_, centre_w_;
+  float fx_, fy_;
+  float left_, top_;  // from the picture's edges to the principal point
+  float width_, height_;
+  std::array<Eigen::Vector3f, 4> sides_;  // of the pyramid of sight: unit normals, inwards, camera frame
+  const cv::Mat& depth_;
+  float tolerance_, depth_tolerance_;
+  float farthest_ = 0.0F;  // depth of what can be seen
 };
 
 CloudPainter::CloudPainter(std::vector<SurfacePoint> points, const Camera& camera,
@@ -92,77 +129,56 @@ CloudPainter::CloudPainter(std::vector<SurfacePoint> points, const Camera& camer
 
 void CloudPainter::add(const PaintView& view, const SE3& T_cw) {
   check(view, {camera_.width, camera_.height});
-  const Projection projection(camera_, T_cw, view.depth);
-  const std::vector<std::uint32_t> tracks = tracks_of(view);
+  const Projection projection(camera_, T_cw, view.depth, options_);
   const LabelVoters voters(view.instances.empty() ? cv::Mat() : view.labels, view.depth, options_.margin,
                            options_.depth_spread);
-  const auto tolerance = static_cast<float>(options_.tolerance);
-  const auto depth_tolerance = static_cast<float>(options_.depth_tolerance);
-  const float group_tolerance =
-      std::max(tolerance, depth_tolerance * projection.farthest * projection.farthest);
+  const std::vector<Name> names = names_in(view);
+  Sight sight{};
   for (const Group& group : groups_) {
-    if (!projection.may_see(group, group_tolerance)) continue;
+    if (!projection.may_see(group)) continue;
     for (std::uint32_t i = group.first; i < group.last; ++i) {
-      const SurfacePoint& point = points_[i];
-      const Eigen::Vector3f towards = projection.camera_w - point.position;
-      const float facing = point.normal.dot(towards);
-      if (facing <= 0.0F) continue;
-      const Eigen::Vector3f p_c = projection.R_cw * point.position + projection.t_cw;
-      if (p_c.z() <= 0.0F) continue;
-      const float u = projection.fx * p_c.x() / p_c.z() + projection.cx + 0.5F;
-      const float v = projection.fy * p_c.y() / p_c.z() + projection.cy + 0.5F;
-      if (!(u >= 0.0F && v >= 0.0F && u < static_cast<float>(projection.width) &&
-            v < static_cast<float>(projection.height))) {
-        continue;
-      }
-      const int x = static_cast<int>(u), y = static_cast<int>(v);
-      const float depth = view.depth.at<float>(y, x);
-      if (depth <= 0.0F || std::abs(p_c.z() - depth) > std::max(tolerance, depth_tolerance * depth * depth)) {
-        continue;
-      }
-      paint(i, view.color.at<cv::Vec3b>(y, x), facing / towards.norm(), p_c.z());
+      if (!projection.see(points_[i], sight)) continue;
+      paint(i, view.color.at<cv::Vec3b>(sight.v, sight.u), sight);
       if (!view.segmented) continue;
-      const LabelVoters::Says says = voters.says(x, y, depth);
+      const LabelVoters::Says says = voters.says(sight.u, sight.v, sight.depth);
       if (says == LabelVoters::Says::kNobody) ++unnamed_[i];
-      if (says != LabelVoters::Says::kInstance) continue;
-      const std::size_t k = voters.label(x, y) - 1U;
-      vote(i, tracks[k], static_cast<std::uint32_t>(std::lround(kScoreSteps * view.instances[k].score)));
+      if (says == LabelVoters::Says::kInstance) vote(i, names[voters.label(sight.u, sight.v) - 1U]);
     }
   }
   ++views_;
 }
 
-std::vector<std::uint32_t> CloudPainter::tracks_of(const PaintView& view) {
-  std::vector<std::uint32_t> numbers;
+std::vector<CloudPainter::Name> CloudPainter::names_in(const PaintView& view) {
+  std::vector<Name> names;
   for (const ViewInstance& instance : view.instances) {
     const std::int32_t label = labels_.label(instance.class_name);
     const auto [it, is_new] =
         track_numbers_.try_emplace({instance.id, label}, static_cast<std::uint32_t>(tracks_.size()));
     if (is_new) tracks_.push_back({label, {}});
-    numbers.push_back(it->second);
+    names.push_back({it->second, static_cast<std::uint32_t>(std::lround(kScoreSteps * instance.score))});
   }
-  return numbers;
+  return names;
 }
 
-void CloudPainter::paint(std::uint32_t point, const cv::Vec3b& bgr, float cosine, float z) {
-  const float ratio = cosine / z;
+void CloudPainter::paint(std::uint32_t point, const cv::Vec3b& bgr, const Sight& sight) {
+  const float ratio = sight.cosine / sight.depth;
   const auto weight = static_cast<std::uint32_t>(std::clamp(kUnitWeight * ratio * ratio, 1.0F, kMostWeight));
   Paint& paint = paints_[point];
   paint.weight += weight;
   for (int c = 0; c < 3; ++c) paint.sum[static_cast<std::size_t>(c)] += weight * bgr[c];
 }
 
-void CloudPainter::vote(std::uint32_t point, std::uint32_t track, std::uint32_t score) {
-  std::vector<std::uint32_t>& views = tracks_[track].views;
+void CloudPainter::vote(std::uint32_t point, const Name& name) {
+  std::vector<std::uint32_t>& views = tracks_[name.track].views;
   if (views.empty() || views.back() != views_) views.push_back(views_);
   std::uint32_t at = votes_of_[point];
-  while (at != kNone && votes_[at].track != track) at = votes_[at].next;
+  while (at != kNone && votes_[at].track != name.track) at = votes_[at].next;
   if (at == kNone) {
     at = static_cast<std::uint32_t>(votes_.size());
-    votes_.push_back({votes_of_[point], track, 0, 0});
+    votes_.push_back({votes_of_[point], name.track, 0, 0});
     votes_of_[point] = at;
   }
-  votes_[at].score += score;
+  votes_[at].score += name.score;
   ++votes_[at].views;
 }
 

@@ -117,12 +117,18 @@ class CloudPainter {
     std::int32_t label = CloudPoint::kUnlabelled;
     float confidence = 0.0F;
   };
-  struct Projection;
+  /// What an instance of a view votes for.
+  struct Name {
+    std::uint32_t track;  // in tracks_
+    std::uint32_t score;  // in 1/kScoreSteps
+  };
+  struct Sight;
+  class Projection;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-  [[nodiscard]] std::vector<std::uint32_t> tracks_of(const PaintView& view);
-  void paint(std::uint32_t point, const cv::Vec3b& bgr, float cosine, float z);
-  void vote(std::uint32_t point, std::uint32_t track, std::uint32_t score);
+  [[nodiscard]] std::vector<Name> names_in(const PaintView& view);
+  void paint(std::uint32_t point, const cv::Vec3b& bgr, const Sight& sight);
+  void vote(std::uint32_t point, const Name& name);
   [[nodiscard]] Verdict verdict(std::uint32_t point) const;
   [[nodiscard]] bool seen(std::uint32_t point) const { return paints_[point].weight > 0; }
   [[nodiscard]] std::vector<std::uint32_t> joined_tracks() const;
