@@ -31,6 +31,7 @@ constexpr const char* kFooter = R"(Examples:
   ipl_slam synth out/room && ipl_slam run out/room -o out/run
   ipl_slam eval groundtruth.txt out/desk/trajectory.txt  accuracy against ground truth
   ipl_slam map export office.map -o out/office           a saved map as TUM, PLY, JSON and PNG
+  ipl_slam render out/desk -o desk.png                   a picture of its point cloud
   ipl_slam config > settings.yaml                        every setting, with its meaning
 
 `ipl_slam VERB --help` lists the options of a verb.
@@ -120,6 +121,7 @@ int run(int argc, char** argv) {
   add_segment_verb(app);
   add_eval_verb(app);
   add_map_verb(app);
+  add_render_verb(app);
   add_synth_verb(app);
   add_config_verb(app);
   add_bench_verb(app);

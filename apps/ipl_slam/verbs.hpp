@@ -11,6 +11,7 @@ void add_run_verb(CLI::App& app);
 void add_segment_verb(CLI::App& app);
 void add_eval_verb(CLI::App& app);
 void add_map_verb(CLI::App& app);
+void add_render_verb(CLI::App& app);
 void add_synth_verb(CLI::App& app);
 void add_config_verb(CLI::App& app);
 void add_bench_verb(CLI::App& app);
