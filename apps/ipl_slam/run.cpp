@@ -12,10 +12,10 @@
 #include "common/progress.hpp"
 #include "common/stopwatch.hpp"
 #include "dataset/trajectory.hpp"
+#include "dense/keyframe_folder.hpp"
 #include "evaluation/report.hpp"
 #include "evaluation/trajectory_plot.hpp"
 #include "frame_folder.hpp"
-#include "dense/keyframe_folder.hpp"
 #include "map/map_file.hpp"
 #include "output.hpp"
 #include "pipeline/feature_overlay.hpp"
@@ -192,7 +192,9 @@ void write_results(const OutputFolder& output, const RunOptions& options, const 
     write_image_atomically(output / "map.png", draw_map_view(map, parts.front()));
   });
   if (fused) write_cloud(output, options, pipeline, *fused);
-  write_file_atomically(output / "summary.json", json_text(run_summary(result, setting, pipeline, evaluation ? &*evaluation : nullptr, fused ? &*fused : nullptr)));
+  write_file_atomically(output / "summary.json",
+                        json_text(run_summary(result, setting, pipeline, evaluation ? &*evaluation : nullptr,
+                                              fused ? &*fused : nullptr)));
   fmt::print("{}", run_text(result, pipeline, fused ? &*fused : nullptr));
   if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
   fmt::print("results in {}\n", output.path().string());
@@ -224,6 +226,7 @@ void run(const RunOptions& options) {
   Config config = options.sequence.load_config();
   options.segmenter.apply(config);
   options.sequence.check_output(options.output);
+  options.cloud.check();
   if (options.realtime) config.schedule.mode = "realtime";
   if (options.threads > 0) config.schedule.threads = options.threads;
   const Camera camera = options.sequence.load_camera();

@@ -107,11 +107,13 @@ DenseMap::Result DenseMap::cloud(const std::function<void()>& progress) {
   CloudPainter painter(extract_surface(volume_.grid(), options_.volume.truncation, options_.surface), camera_,
                        options_.paint);
   for (const auto& [id, view] : in_volume_) {
-    const std::vector<ViewInstance>& instances = views_.instances(id);
-    painter.add({.color = views_.color(id),
-                 .depth = range_image(id, view.situation.moved).depth,
-                 .labels = views_.labels(id),
-                 .instances = instances},
+    const cv::Mat color = views_.color(id), labels = views_.labels(id);
+    const RangeImage range = range_image(id, view.situation.moved);
+    painter.add({.color = color,
+                 .depth = range.depth,
+                 .labels = labels,
+                 .instances = views_.instances(id),
+                 .segmented = true},
                 view.situation.T_cw);
     call(progress);
   }

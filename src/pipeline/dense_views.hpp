@@ -14,8 +14,8 @@ namespace ipl_slam {
 /// What is known, beside its images, of a keyframe that the dense map keeps a view of.
 struct KeptView {
   std::size_t frame_index = 0;
-  std::set<InstanceId> classed, unclassed;  ///< instances in it, with and without a class
-  std::set<InstanceId> dynamic;  ///< of these, those whose features were removed when it was tracked
+  std::set<InstanceId> classed = {}, unclassed = {};  ///< instances in it, with and without a class
+  std::set<InstanceId> dynamic = {};  ///< of these, those whose features were removed when it was tracked
 };
 
 /// Where a keyframe that was once in the map is now: as seen from a keyframe that is in it.

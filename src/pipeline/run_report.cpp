@@ -190,9 +190,10 @@ Json cloud_json(const DenseSchedule& schedule, const FusedRun& fused) {
 // What the cloud holds, and what is not in it though it might have been.
 std::string cloud_text(const DenseSchedule& schedule, const FusedRun& fused) {
   const DenseMap& dense = schedule.dense();
-  std::string text = fmt::format("cloud of {} points, {} of them with a class, {} objects; volume {} MiB, {:.1f} s\n",
-                                 fused.result.cloud.points.size(), labelled(fused.result.cloud),
-                                 fused.result.objects.size(), dense.volume().grid().bytes() >> 20U, fused.seconds);
+  std::string text =
+      fmt::format("cloud of {} points, {} of them with a class, {} objects; volume {} MiB, {:.1f} s\n",
+                  fused.result.cloud.points.size(), labelled(fused.result.cloud), fused.result.objects.size(),
+                  dense.volume().grid().bytes() >> 20U, fused.seconds);
   if (const std::size_t others = schedule.views().all().size() - dense.size()) {
     text += fmt::format("  {} keyframes of other parts of the map are not in it\n", others);
   }

@@ -1,6 +1,7 @@
 #include "dense/dense_map.hpp"
 
 #include <algorithm>
+#include <memory>
 
 #include <gtest/gtest.h>
 
@@ -42,11 +43,11 @@ class Room {
     tracked.instance.box = tracked.instance.mask.bounding_box();
     return {tracked};
   }
-  [[nodiscard]] DenseMap kept() const {
-    DenseMap dense(camera, coarse());
+  [[nodiscard]] std::unique_ptr<DenseMap> kept() const {
+    auto dense = std::make_unique<DenseMap>(camera, coarse());
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const RgbdFrame& f = frames[i].rgbd;
-      dense.add(KeyframeId{static_cast<std::uint32_t>(i)}, f.timestamp, f.color, f.depth, people(i));
+      dense->add(KeyframeId{static_cast<std::uint32_t>(i)}, f.timestamp, f.color, f.depth, people(i));
     }
     return dense;
   }
@@ -91,63 +92,63 @@ std::map<KeyframeId, ViewSituation> bent(std::map<KeyframeId, ViewSituation> sit
 }
 
 TEST(DenseMap, ShowsTheRoom) {
-  DenseMap dense = room().kept();
-  EXPECT_EQ(dense.follow(room().true_situations()), static_cast<std::size_t>(kViews));
-  const DenseMap::Result result = dense.cloud();
+  const auto dense = room().kept();
+  EXPECT_EQ(dense->follow(room().true_situations()), static_cast<std::size_t>(kViews));
+  const DenseMap::Result result = dense->cloud();
   EXPECT_GT(result.cloud.points.size(), 2000U);
 }
 
 TEST(DenseMap, FollowsPosesToTheBytesOfAMapMadeWithThem) {
-  DenseMap followed = room().kept();
-  followed.follow(bent(room().true_situations(), 0.03));
-  followed.follow(room().true_situations(), 0.0, 2);  // some of them
-  followed.follow(room().true_situations());
+  const auto followed = room().kept();
+  followed->follow(bent(room().true_situations(), 0.03));
+  followed->follow(room().true_situations(), 0.0, 2);  // some of them
+  followed->follow(room().true_situations());
 
-  DenseMap fresh = room().kept();
-  fresh.follow(room().true_situations());
-  EXPECT_EQ(bytes_of(followed), bytes_of(fresh));
+  const auto fresh = room().kept();
+  fresh->follow(room().true_situations());
+  EXPECT_EQ(bytes_of(*followed), bytes_of(*fresh));
 }
 
 TEST(DenseMap, TakesInAnewOnlyWhatMoved) {
-  DenseMap dense = room().kept();
+  const auto dense = room().kept();
   auto situations = room().true_situations();
-  dense.follow(situations);
-  EXPECT_EQ(dense.follow(situations), 0U);
+  dense->follow(situations);
+  EXPECT_EQ(dense->follow(situations), 0U);
   Vector6d twist = Vector6d::Zero();
   twist[1] = 0.01;
   situations[KeyframeId{3}].T_cw = SE3::exp(twist) * situations[KeyframeId{3}].T_cw;
-  EXPECT_EQ(dense.follow(situations, 0.02), 0U) << "within the tolerance";
-  EXPECT_EQ(dense.follow(situations, 0.005), 1U);
-  EXPECT_EQ(dense.rebuilds(), 0U);
+  EXPECT_EQ(dense->follow(situations, 0.02), 0U) << "within the tolerance";
+  EXPECT_EQ(dense->follow(situations, 0.005), 1U);
+  EXPECT_EQ(dense->rebuilds(), 0U);
 
-  DenseMap fresh = room().kept();
-  fresh.follow(situations);
-  EXPECT_EQ(bytes_of(dense), bytes_of(fresh));
+  const auto fresh = room().kept();
+  fresh->follow(situations);
+  EXPECT_EQ(bytes_of(*dense), bytes_of(*fresh));
 }
 
 TEST(DenseMap, BeginsAnewWhenMostOfItMoved) {
-  DenseMap dense = room().kept();
-  dense.follow(bent(room().true_situations(), 0.05));
-  dense.follow(room().true_situations());
-  EXPECT_EQ(dense.rebuilds(), 1U);
-  EXPECT_EQ(dense.size(), static_cast<std::size_t>(kViews));
+  const auto dense = room().kept();
+  dense->follow(bent(room().true_situations(), 0.05));
+  dense->follow(room().true_situations());
+  EXPECT_EQ(dense->rebuilds(), 1U);
+  EXPECT_EQ(dense->size(), static_cast<std::size_t>(kViews));
 }
 
 TEST(DenseMap, TakesOutWhatIsNotWanted) {
-  DenseMap dense = room().kept();
+  const auto dense = room().kept();
   auto situations = room().true_situations();
-  dense.follow(situations);
+  dense->follow(situations);
   situations.erase(KeyframeId{0});
-  dense.follow(situations);
-  EXPECT_EQ(dense.in_volume(KeyframeId{0}), nullptr);
+  dense->follow(situations);
+  EXPECT_EQ(dense->in_volume(KeyframeId{0}), nullptr);
 
-  DenseMap fresh = room().kept();
-  fresh.follow(situations);
-  EXPECT_EQ(bytes_of(dense), bytes_of(fresh));
+  const auto fresh = room().kept();
+  fresh->follow(situations);
+  EXPECT_EQ(bytes_of(*dense), bytes_of(*fresh));
 }
 
 TEST(DenseMap, LeavesOutWhoWasFoundToMoveAfterwards) {
-  const auto height_of = [&](DenseMap& dense) {
+  const auto points_on_person = [&](DenseMap& dense) {
     // Points on the person: in front of everything else in the middle of the first view.
     const SE3 T_cw = room().frames[0].T_wc.inverse();
     const cv::Mat mask = room().masks[0] == room().person;
@@ -162,13 +163,13 @@ TEST(DenseMap, LeavesOutWhoWasFoundToMoveAfterwards) {
     }
     return on_person;
   };
-  DenseMap dense = room().kept();
+  const auto dense = room().kept();
   auto situations = room().true_situations();
-  dense.follow(situations);
-  EXPECT_GT(height_of(dense), 100U);
+  dense->follow(situations);
+  EXPECT_GT(points_on_person(*dense), 100U);
   for (auto& [id, situation] : situations) situation.moved = {InstanceId{7}};
-  dense.follow(situations, 1.0);  // nobody's pose changed, but who moves did
-  EXPECT_EQ(height_of(dense), 0U);
+  dense->follow(situations, 1.0);  // nobody's pose changed, but who moves did
+  EXPECT_EQ(points_on_person(*dense), 0U);
 }
 
 }  // namespace
