@@ -112,6 +112,18 @@ TEST(RangeImage, TakesAHoleForNoStep) {
   EXPECT_EQ(count(range.reach), 640 * 480 - 45);
 }
 
+TEST(RangeImage, KnowsTheSlantBesideAStepThatAHoleHides) {
+  // The projector's shadow, beside what stands 8 cm before the wall.
+  cv::Mat depth = wall(1.0);
+  depth.colRange(0, 297).setTo(raw(0.92));
+  depth.colRange(297, 301).setTo(0);
+  const RangeImage range = make_range_image(depth, {}, Camera(), {});
+  EXPECT_EQ(count(range.depth), 636 * 480);
+  for (int u : {284, 288, 292, 296, 301, 305, 309, 313}) {
+    EXPECT_NEAR(range.incidence.at<float>(200, u), 1.0F, 0.01) << u;
+  }
+}
+
 TEST(RangeImage, KeepsThinThings) {
   cv::Mat depth = wall(3.0);
   depth.colRange(400, 412).setTo(raw(2.0));  // 4.5 cm wide
