@@ -161,9 +161,9 @@ class FolderReader {
     view.timestamp = real(keyframe, "timestamp");
     for (const ordered_json& entry : list(keyframe, "instances")) view.instances.push_back(instance(entry));
     if (view.instances.size() > kMostInstances) fail("a keyframe has more than 255 instances");
-    const std::string color = jpeg(folder_ / text(keyframe, "color"), store.image_size());
-    view.depth = image(folder_ / text(keyframe, "depth"), CV_16UC1, store.image_size());
-    const fs::path labels = folder_ / text(keyframe, "labels");
+    const std::string color = jpeg(file(keyframe, "color"), store.image_size());
+    view.depth = image(file(keyframe, "depth"), CV_16UC1, store.image_size());
+    const fs::path labels = file(keyframe, "labels");
     view.labels = image(labels, CV_8UC1, store.image_size());
     double most = 0.0;
     cv::minMaxLoc(view.labels, nullptr, &most);
@@ -232,6 +232,13 @@ class FolderReader {
     const ordered_json& value = field(object, key);
     if (!value.is_string()) fail(fmt::format("'{}' is no text", key));
     return value.get<std::string>();
+  }
+
+  [[nodiscard]] fs::path file(const ordered_json& object, const char* key) const {
+    const std::string name = text(object, key);
+    const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' '; };
+    if (std::any_of(name.begin(), name.end(), is_control)) fail(fmt::format("'{}' names no file", key));
+    return folder_ / name;
   }
 
   fs::path folder_, index_;

@@ -158,8 +158,12 @@ TEST_F(KeyframeFolder, SaysWhatIsWrongWithItsIndex) {
   EXPECT_THAT(refusal(), HasSubstr("a 'timestamp' is missing"));
   change_index([](auto& json) { json["keyframes"][0]["instances"].erase(1); });
   EXPECT_THAT(refusal(), HasSubstr("has the label 2"));
+  change_index([](auto& json) { json["keyframes"][0]["color"] = "rgb/\n.jpg"; });
+  EXPECT_THAT(refusal(), HasSubstr("'color' names no file"));
   change_index([](auto& json) { json["keyframes"] = 3; });
   EXPECT_THAT(refusal(), HasSubstr("'keyframes' is no list"));
+  change_index([](auto& json) { json["keyframes"] = {{{"id", 1}}}; });
+  EXPECT_THAT(refusal(), HasSubstr("'timestamp' is missing"));
   change_index([](auto& json) { json["version"] = 2; });
   EXPECT_THAT(refusal(), HasSubstr("version"));
   temporary_.write("run/keyframes/keyframes.json", "{\"version\": 1");
