@@ -42,6 +42,16 @@ TEST(CameraPreset, IsFoundByNameWhateverItsCase) {
   EXPECT_EQ(load_camera("bonn").cy, 237.756098);
 }
 
+TEST_F(CameraFile, IsReadBackAsItWasWritten) {
+  Camera camera = load_camera("tum1");
+  camera.name = "hall: \"left\" #2";
+  const Camera back = load(camera_yaml(camera));
+  EXPECT_EQ(back.name, camera.name);
+  EXPECT_EQ(back.fx, camera.fx);
+  EXPECT_EQ(back.k3, camera.k3);
+  EXPECT_EQ(camera_yaml(back), camera_yaml(camera));
+}
+
 TEST(CameraPreset, ThatIsUnknownIsAnsweredWithTheNearest) {
   EXPECT_THAT(
       message_of<UserError>([] { (void)load_camera("bon"); }),

@@ -1,0 +1,190 @@
+#include "dense/keyframe_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <ipl_slam/error.hpp>
+
+#include "dataset/camera_config.hpp"
+#include "dataset/temporary_folder.hpp"
+#include "dataset/tum_dataset.hpp"
+#include "dense/made_view.hpp"
+#include "segmentation/mask_folder_segmenter.hpp"
+
+namespace ipl_slam {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using testing::content_of;
+using testing::equal;
+using ::testing::HasSubstr;
+using testing::made_view;
+using testing::message_of;
+using testing::TemporaryFolder;
+
+const cv::Size kSize(64, 48);
+const std::set<InstanceId> kMoved{InstanceId{7}, InstanceId{41}};
+
+class KeyframeFolder : public ::testing::Test {
+ protected:
+  KeyframeFolder() : folder_(temporary_ / "run/keyframes"), store_(kSize) {
+    camera_.name = "my: \"cam\"";
+    camera_.width = kSize.width;
+    camera_.height = kSize.height;
+    camera_.fx = 60.1;
+    camera_.cx = 31.5;
+    camera_.cy = 23.5;
+    camera_.k1 = 0.1;
+    // The later keyframe has the lower id, as after maps were joined.
+    store_.add(KeyframeId{2}, made_view(kSize, 1));
+    store_.add(KeyframeId{9}, made_view(kSize, 0));
+    write_keyframe_folder(folder_, store_, kMoved, camera_);
+  }
+  std::string refusal() const {
+    return message_of<UserError>([&] {
+      ViewStore store(kSize);
+      (void)read_keyframe_folder(folder_, store);
+    });
+  }
+  /// Changes keyframes.json.
+  template <class Change>
+  void change_index(const Change& change) const {
+    nlohmann::ordered_json json = nlohmann::ordered_json::parse(content_of(folder_ / "keyframes.json"));
+    change(json);
+    temporary_.write("run/keyframes/keyframes.json", json.dump());
+  }
+  void overwrite(const std::string& name, const cv::Mat& image) const {
+    ASSERT_TRUE(cv::imwrite((folder_ / name).string(), image));
+  }
+
+  TemporaryFolder temporary_;
+  fs::path folder_;
+  Camera camera_;
+  ViewStore store_;
+};
+
+TEST_F(KeyframeFolder, GivesBackWhatWasWritten) {
+  const Camera camera = load_camera((folder_ / "camera.yaml").string());
+  EXPECT_EQ(camera.name, camera_.name);
+  EXPECT_EQ(camera.fx, camera_.fx);
+  EXPECT_FALSE(camera.distorted());
+  ViewStore back({camera.width, camera.height});
+  EXPECT_EQ(read_keyframe_folder(folder_, back), kMoved);
+  ASSERT_EQ(back.ids(), store_.ids());
+  for (const KeyframeId id : store_.ids()) {
+    EXPECT_EQ(back.timestamp(id), store_.timestamp(id));
+    EXPECT_EQ(back.instances(id), store_.instances(id));
+    EXPECT_EQ(back.color_jpeg(id), store_.color_jpeg(id));
+    EXPECT_TRUE(equal(back.depth(id), store_.depth(id)));
+    EXPECT_TRUE(equal(back.labels(id), store_.labels(id)));
+  }
+}
+
+TEST_F(KeyframeFolder, HasTheSameBytesWhenWhatWasReadIsWrittenAgain) {
+  ViewStore back(kSize);
+  const auto moved = read_keyframe_folder(folder_, back);
+  const fs::path again = temporary_ / "again";
+  write_keyframe_folder(again, back, moved, camera_);
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
+    if (!entry.is_regular_file()) continue;
+    ++files;
+    EXPECT_EQ(content_of(again / fs::relative(entry.path(), folder_)), content_of(entry.path()))
+        << entry.path();
+  }
+  EXPECT_EQ(files, 5 + 2 * 4);
+}
+
+TEST_F(KeyframeFolder, IsASequenceWithMasks) {
+  const Camera camera = load_camera(*guess_camera(folder_));
+  TumDataset dataset(folder_, camera);
+  MaskFolderSegmenter masks({.folder = folder_.string()}, kSize);
+  ASSERT_EQ(dataset.size(), 2U);
+  for (const KeyframeId id : {KeyframeId{9}, KeyframeId{2}}) {
+    const auto item = dataset.next();
+    ASSERT_TRUE(item && item->frame) << (item ? item->detail : "");
+    EXPECT_NEAR(item->frame->timestamp, store_.timestamp(id), 1e-6);
+    EXPECT_TRUE(equal(item->frame->depth, store_.depth(id)));
+    EXPECT_TRUE(equal(item->frame->color, store_.color(id)));
+    const std::vector<Instance> instances = masks.segment(*item->frame);
+    ASSERT_EQ(instances.size(), 2U);
+    EXPECT_EQ(instances[0].class_name, "person");
+    EXPECT_NEAR(instances[0].score, 0.87, 1e-6);
+    EXPECT_TRUE(equal(instances[0].mask.to_image(), store_.labels(id) == 1));
+    EXPECT_EQ(instances[1].class_name, "dining table");
+  }
+  EXPECT_TRUE(masks.remarks().empty());
+}
+
+TEST_F(KeyframeFolder, HoldsKeyframesOfOneTimeSideBySide) {
+  ViewStore store(kSize), back(kSize);
+  store.add(KeyframeId{1}, made_view(kSize, 3));
+  DenseView other = made_view(kSize, 4);
+  other.timestamp = store.timestamp(KeyframeId{1});
+  store.add(KeyframeId{2}, other);
+  write_keyframe_folder(folder_, store, {}, camera_);
+  EXPECT_TRUE(read_keyframe_folder(folder_, back).empty());
+  for (const KeyframeId id : store.ids()) EXPECT_TRUE(equal(back.depth(id), store.depth(id)));
+}
+
+TEST_F(KeyframeFolder, SaysWhichFileIsMissingOrBroken) {
+  const std::string name = "1000.250000";
+  const std::string png = content_of(folder_ / ("depth/" + name + ".png"));
+  temporary_.write("run/keyframes/depth/" + name + ".png", png.substr(0, png.size() / 2));
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("depth/" + name + ".png"), HasSubstr("too early")));
+  overwrite("depth/" + name + ".png", cv::Mat(kSize, CV_8UC1, cv::Scalar(1)));
+  EXPECT_THAT(refusal(), HasSubstr("16 bits"));
+  overwrite("depth/" + name + ".png", cv::Mat(20, 30, CV_16UC1, cv::Scalar(1)));
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("30x20"), HasSubstr("64x48")));
+  fs::remove(folder_ / ("depth/" + name + ".png"));
+  EXPECT_THAT(refusal(), HasSubstr("no such file"));
+  temporary_.write("run/keyframes/rgb/" + name + ".jpg", "no picture");
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("rgb/" + name + ".jpg"), HasSubstr("JPEG")));
+}
+
+TEST_F(KeyframeFolder, SaysWhatIsWrongWithItsIndex) {
+  change_index([](auto& json) { json["keyframes"][1]["id"] = json["keyframes"][0]["id"]; });
+  EXPECT_THAT(refusal(), HasSubstr("keyframe 9 is given twice"));
+  change_index([](auto& json) { json["keyframes"][1]["id"] = -1; });
+  EXPECT_THAT(refusal(), HasSubstr("'id' is no whole number"));
+  change_index([](auto& json) { json["keyframes"][1]["id"] = 4294967296; });
+  EXPECT_THAT(refusal(), HasSubstr("'id' is no whole number"));
+  change_index([](auto& json) { json["keyframes"][1]["id"] = 5, json["keyframes"][1]["timestamp"] = "now"; });
+  EXPECT_THAT(refusal(), HasSubstr("'timestamp' is no number"));
+  change_index([](auto& json) { json["keyframes"][1].erase("timestamp"); });
+  EXPECT_THAT(refusal(), HasSubstr("a 'timestamp' is missing"));
+  change_index([](auto& json) { json["keyframes"][0]["instances"].erase(1); });
+  EXPECT_THAT(refusal(), HasSubstr("has the label 2"));
+  change_index([](auto& json) { json["keyframes"][0]["color"] = "rgb/\n.jpg"; });
+  EXPECT_THAT(refusal(), HasSubstr("'color' names no file"));
+  change_index([](auto& json) { json["keyframes"] = 3; });
+  EXPECT_THAT(refusal(), HasSubstr("'keyframes' is no list"));
+  change_index([](auto& json) { json["keyframes"] = {{{"id", 1}}}; });
+  EXPECT_THAT(refusal(), HasSubstr("'timestamp' is missing"));
+  change_index([](auto& json) { json["version"] = 2; });
+  EXPECT_THAT(refusal(), HasSubstr("version"));
+  temporary_.write("run/keyframes/keyframes.json", "{\"version\": 1");
+  EXPECT_THAT(refusal(), HasSubstr("no JSON"));
+  temporary_.write("run/keyframes/keyframes.json", "[1]");
+  EXPECT_THAT(refusal(), HasSubstr("a 'version' is missing"));
+  fs::remove(folder_ / "keyframes.json");
+  EXPECT_THAT(refusal(), HasSubstr("keyframes.json"));
+}
+
+TEST_F(KeyframeFolder, HasNoIndexBeforeItIsWhole) {
+  fs::remove_all(folder_ / "depth");
+  temporary_.write("run/keyframes/depth", "a file where a folder goes");
+  EXPECT_THAT(message_of<UserError>([&] { write_keyframe_folder(folder_, store_, kMoved, camera_); }),
+              HasSubstr("depth"));
+  fs::remove(folder_ / "depth");
+  fs::create_directories(folder_ / "depth/1000.350000.png");
+  EXPECT_THAT(message_of<UserError>([&] { write_keyframe_folder(folder_, store_, kMoved, camera_); }),
+              HasSubstr("1000.350000.png"));
+  EXPECT_FALSE(fs::exists(folder_ / "keyframes.json"));
+}
+
+}  // namespace
+}  // namespace ipl_slam
