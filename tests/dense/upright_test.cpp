@@ -1,5 +1,6 @@
 #include "dense/upright.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -24,15 +25,20 @@ double degrees_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 // The room as the map sees it: the world is the first camera, which looks down a little and leans by `roll`.
 struct Room {
   explicit Room(double roll) {
-    const SyntheticOptions options = [] {
-      SyntheticOptions o = testing::small_room(40, "orbit");
-      o.color_noise = o.depth_noise = false;
-      return o;
+    static const TrueCloud scene = [] {
+      SyntheticOptions options = testing::small_room(40, "orbit");
+      options.color_noise = options.depth_noise = false;
+      return true_cloud(options, 10, 0.03);
     }();
     const SE3 leaning(Eigen::Quaterniond(Eigen::AngleAxisd(roll * kDegree, Eigen::Vector3d::UnitZ())),
                       Eigen::Vector3d::Zero());
-    T_ws = leaning * SyntheticSource(options).T_wc(0).inverse();
-    shown = true_cloud(options, 10, 0.03, T_ws);
+    T_ws = leaning * scene.trajectory.front().T_wc.inverse();
+    shown = scene;
+    for (CloudPoint& point : shown.cloud.points) {
+      point.position = (T_ws * point.position.cast<double>()).cast<float>();
+      point.normal = (T_ws.rotation() * point.normal.cast<double>()).cast<float>();
+    }
+    for (StampedPose& pose : shown.trajectory) pose.T_wc = T_ws * pose.T_wc;
   }
   SE3 T_ws;  // from the scene, which has z up, the floor at 0 and walls along x and y
   TrueCloud shown;
