@@ -324,16 +324,23 @@ PictureLine camera_line(const SE3& T_wc, double depth, const Rgb& color) {
 
 double point_spacing(const SemanticCloud& cloud) {
   constexpr std::size_t kSamples = 64;
-  constexpr double kShare = 0.75;  // of the samples have a nearer neighbour
+  constexpr double kShare = 0.75;         // of the samples have nearer neighbours
+  constexpr std::size_t kNeighbours = 4;  // so many has a point of a square lattice at its spacing
   std::vector<float> distances;
   const std::size_t step = std::max<std::size_t>(cloud.points.size() / kSamples, 1);
   for (std::size_t i = 0; i < cloud.points.size(); i += step) {
-    float least = kAtInfinity;
+    std::array<float, kNeighbours> nearest;  // sorted
+    nearest.fill(kAtInfinity);
     for (const CloudPoint& other : cloud.points) {
       const float d = (other.position - cloud.points[i].position).squaredNorm();
-      if (d > 0.0F && d < least) least = d;
+      if (!(d > 0.0F && d < nearest.back())) continue;
+      nearest.back() = d;
+      for (std::size_t k = kNeighbours - 1; k > 0 && nearest[k] < nearest[k - 1]; --k)
+        std::swap(nearest[k], nearest[k - 1]);
     }
-    if (least < kAtInfinity) distances.push_back(least);
+    // The farthest there is, where a cloud has fewer.
+    const auto last = std::find_if(nearest.rbegin(), nearest.rend(), [](float d) { return d < kAtInfinity; });
+    if (last != nearest.rend()) distances.push_back(*last);
   }
   if (distances.empty()) return 0.0;
   const auto place = static_cast<std::ptrdiff_t>(kShare * static_cast<double>(distances.size() - 1));

@@ -1,11 +1,9 @@
 #include "dense/octomap_file.hpp"
 
-#include <locale>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <octomap/OcTree.h>
-
-#include <ipl_slam/error.hpp>
 
 namespace ipl_slam {
 
@@ -24,9 +22,13 @@ std::string octomap_bt(const OccupancyGrid& grid) {
     tree.setNodeValue(key, occupied ? tree.getClampingThresMaxLog() : tree.getClampingThresMinLog(), true);
   }
   tree.updateInnerOccupancy();
+  tree.prune();
+  // OcTree::writeBinary would do the same, but prints " done." to the terminal.
   std::ostringstream bytes;
-  bytes.imbue(std::locale::classic());
-  if (!tree.writeBinary(bytes)) throw UserError("OctoMap could not write the tree");
+  bytes << fmt::format(
+      "# Octomap OcTree binary file\n# made by ipl_slam, metres\nid {}\nsize {}\nres {}\ndata\n",
+      tree.getTreeType(), tree.size(), tree.getResolution());
+  tree.writeBinaryData(bytes);
   return bytes.str();
 }
 

@@ -11,6 +11,7 @@ namespace ipl_slam {
 namespace {
 
 constexpr double kStrays = 0.005;   // share of the points at either end of each axis that may lie outside
+constexpr double kOutside = 0.001;  // share of the points that may lie outside the picture of an orbit
 constexpr double kMargin = 1.08;    // of the picture beyond the cloud
 constexpr double kLeastSize = 0.1;  // m; of a cloud of one point
 constexpr double kFocal = 0.9;      // focal length in widths of the picture: 58 degrees, as a Kinect
@@ -20,6 +21,12 @@ struct Box {
   [[nodiscard]] Eigen::Vector3d middle() const { return 0.5 * (low + high); }
   [[nodiscard]] Eigen::Vector3d size() const { return (high - low).cwiseMax(kLeastSize); }
 };
+
+double quantile(std::vector<double>& values, double share) {
+  const auto place = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + place, values.end());
+  return values[static_cast<std::size_t>(place)];
+}
 
 // Holds the cloud but for strays, in the upright frame.
 Box box_of(const SemanticCloud& cloud, const SE3& T_uw) {
@@ -31,11 +38,8 @@ Box box_of(const SemanticCloud& cloud, const SE3& T_uw) {
     for (std::size_t i = 0; i < values.size(); ++i) {
       values[i] = R.row(axis).dot(cloud.points[i].position.cast<double>()) + T_uw.translation()[axis];
     }
-    const auto out = static_cast<std::ptrdiff_t>(kStrays * static_cast<double>(values.size()));
-    std::nth_element(values.begin(), values.begin() + out, values.end());
-    box.low[axis] = values[static_cast<std::size_t>(out)];
-    std::nth_element(values.begin(), values.end() - 1 - out, values.end());
-    box.high[axis] = *(values.end() - 1 - out);
+    box.low[axis] = quantile(values, kStrays);
+    box.high[axis] = quantile(values, 1.0 - kStrays);
   }
   return box;
 }
@@ -77,24 +81,21 @@ Viewpoint orbit_view(const SemanticCloud& cloud, const Upright& upright, double 
   view.size = size;
   view.scale = kFocal * size.width;
 
-  // Each corner of the box must fit: at distance d of the eye its depth is d + z, so |x| scale <= w/2 (d +
-  // z).
+  // At a distance d of the eye a point's depth is d + z, so |x| scale <= w/2 (d + z): so far it must be.
   const Eigen::Matrix3d R_vu = level_view(Eigen::Vector3d::Zero(), -out).rotation_matrix();
-  double distance = 0.0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d sign((corner & 1) != 0 ? 0.5 : -0.5, (corner & 2) != 0 ? 0.5 : -0.5,
-                               (corner & 4) != 0 ? 0.5 : -0.5);
-    const Eigen::Vector3d p = R_vu * sign.cwiseProduct(box.size());
-    const double need =
-        kMargin * 2.0 * view.scale * std::max(std::abs(p.x()) / size.width, std::abs(p.y()) / size.height);
-    distance = std::max(distance, need - p.z());
+  std::vector<double> needed{kLeastSize};
+  for (const CloudPoint& point : cloud.points) {
+    const Eigen::Vector3d p = R_vu * (upright.T_uw * point.position.cast<double>() - box.middle());
+    const double aside = std::max(std::abs(p.x()) / size.width, std::abs(p.y()) / size.height);
+    needed.push_back(kMargin * 2.0 * view.scale * aside - p.z());
   }
+  const double distance = quantile(needed, 1.0 - kOutside);
   view.T_vw = level_view(box.middle() + distance * out, -out) * upright.T_uw;
   return view;
 }
 
 Viewpoint trajectory_view(const SE3& T_wc, const Upright& upright, const cv::Size& size) {
-  constexpr double kBehind = 1.0, kAbove = 0.4;  // m
+  constexpr double kBehind = 1.2, kAbove = 0.25;  // m
   const SE3 T_uc = upright.T_uw * T_wc;
   const Eigen::Matrix3d R_uc = T_uc.rotation_matrix();
   const Eigen::Vector3d forward = R_uc.col(2);
