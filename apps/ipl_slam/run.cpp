@@ -21,7 +21,6 @@
 #include "pipeline/feature_overlay.hpp"
 #include "pipeline/instance_log.hpp"
 #include "pipeline/instance_overlay.hpp"
-#include "pipeline/kept_keyframes.hpp"
 #include "pipeline/lines_ply.hpp"
 #include "pipeline/loaded_map.hpp"
 #include "pipeline/map_view.hpp"
@@ -162,8 +161,9 @@ void write_cloud(const OutputFolder& output, const RunOptions& options, const Pi
   options.cloud.write(output.path(), fused.result, dense, pipeline.trajectory());
   if (!options.save_keyframes) return;
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
-    write_keyframe_folder(output / "keyframes", dense.views(), dense.camera(),
-                          kept_keyframes(map, pipeline.dense()->views(), &pipeline.instances().dynamic()));
+    write_keyframe_folder(output / "keyframes", dense.views(),
+                          pipeline.dense()->views().kept(map, &pipeline.instances().dynamic()),
+                          pipeline.camera());
   });
 }
 

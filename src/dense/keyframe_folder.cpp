@@ -45,7 +45,7 @@ class FolderWriter {
  public:
   FolderWriter(const fs::path& folder, const ViewStore& store) : folder_(folder), store_(store) {}
 
-  void add(KeyframeId id) {
+  void add(KeyframeId id, const KeptKeyframe& kept) {
     const double timestamp = store_.timestamp(id);
     const std::string name = free_name(id);
     const std::string color = "rgb/" + name + ".jpg", depth = "depth/" + name + ".png",
@@ -57,22 +57,25 @@ class FolderWriter {
     rgb_list_ += fmt::format("{:.6f} {}\n", timestamp, color);
     depth_list_ += fmt::format("{:.6f} {}\n", timestamp, depth);
     mask_list_ += fmt::format("{:.6f} {}\n", timestamp, labels);
-    keyframes_.push_back({{"id", id.value},
-                          {"timestamp", timestamp},
-                          {"color", color},
-                          {"depth", depth},
-                          {"labels", labels},
-                          {"instances", instances(id)}});
+    const Eigen::Vector3d& t = kept.T_c_reference.translation();
+    const Eigen::Quaterniond& q = kept.T_c_reference.rotation();
+    keyframes_.push_back(
+        {{"timestamp", timestamp},
+         {"reference_time", kept.reference_time},
+         {"T_c_reference",
+          {{"translation", {t.x(), t.y(), t.z()}}, {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}}},
+         {"color", color},
+         {"depth", depth},
+         {"labels", labels},
+         {"instances", instances(id, kept.moved)}});
   }
 
-  void finish(const std::set<InstanceId>& moved, const Camera& camera) {
+  void finish(const Camera& camera) {
     write_file_atomically(folder_ / "camera.yaml", camera_yaml(pinhole(camera)));
     write_file_atomically(folder_ / "rgb.txt", rgb_list_);
     write_file_atomically(folder_ / "depth.txt", depth_list_);
     write_file_atomically(folder_ / "masks.txt", mask_list_);
-    ordered_json ids = ordered_json::array();
-    for (const InstanceId id : moved) ids.push_back(id.value);
-    const ordered_json index = {{"version", kVersion}, {"moved", ids}, {"keyframes", keyframes_}};
+    const ordered_json index = {{"version", kVersion}, {"keyframes", keyframes_}};
     write_file_atomically(folder_ / kIndex, text_of(index));
   }
 
@@ -89,10 +92,13 @@ class FolderWriter {
     return name;
   }
 
-  [[nodiscard]] ordered_json instances(KeyframeId id) const {
+  [[nodiscard]] ordered_json instances(KeyframeId id, const std::set<InstanceId>& moved) const {
     ordered_json list = ordered_json::array();
     for (const ViewInstance& instance : store_.instances(id)) {
-      list.push_back({{"id", instance.id.value}, {"class", instance.class_name}, {"score", instance.score}});
+      list.push_back({{"id", instance.id.value},
+                      {"class", instance.class_name},
+                      {"score", instance.score},
+                      {"moved", moved.contains(instance.id)}});
     }
     return list;
   }
@@ -115,13 +121,6 @@ class FolderWriter {
   ordered_json keyframes_ = ordered_json::array();
 };
 
-std::vector<KeyframeId> by_time(const ViewStore& store) {
-  std::vector<KeyframeId> ids = store.ids();
-  std::stable_sort(ids.begin(), ids.end(),
-                   [&](KeyframeId a, KeyframeId b) { return store.timestamp(a) < store.timestamp(b); });
-  return ids;
-}
-
 // --- reading ---
 
 /// keyframes.json and the images that it names.
@@ -129,7 +128,7 @@ class FolderReader {
  public:
   explicit FolderReader(const fs::path& folder) : folder_(folder), index_(folder / kIndex) {}
 
-  std::set<InstanceId> read_into(ViewStore& store) {
+  KeptKeyframes read_into(ViewStore& store, KeyframeId first) {
     ordered_json json;
     try {
       json = ordered_json::parse(read_file(index_));
@@ -139,10 +138,12 @@ class FolderReader {
     if (number_of(json, "version") != kVersion) {
       fail(fmt::format("its version is not {}, the one this program reads", kVersion));
     }
-    std::set<InstanceId> moved;
-    for (const ordered_json& id : list(json, "moved")) moved.insert(InstanceId{number(id, "moved")});
-    for (const ordered_json& keyframe : list(json, "keyframes")) add(keyframe, store);
-    return moved;
+    KeptKeyframes kept;
+    for (const ordered_json& keyframe : list(json, "keyframes")) {
+      kept.emplace(first, add(keyframe, store, first));
+      ++first.value;
+    }
+    return kept;
   }
 
  private:
@@ -154,12 +155,14 @@ class FolderReader {
     throw UserError(fmt::format("{}: {}; write the folder of keyframes again", file.string(), what));
   }
 
-  void add(const ordered_json& keyframe, ViewStore& store) const {
-    const KeyframeId id{number_of(keyframe, "id")};
-    if (store.holds(id)) fail(fmt::format("the keyframe {} is given twice", id.value));
+  KeptKeyframe add(const ordered_json& keyframe, ViewStore& store, KeyframeId id) const {
+    KeptKeyframe kept{real(keyframe, "reference_time"), pose(field(keyframe, "T_c_reference")), {}};
     DenseView view;
     view.timestamp = real(keyframe, "timestamp");
-    for (const ordered_json& entry : list(keyframe, "instances")) view.instances.push_back(instance(entry));
+    for (const ordered_json& entry : list(keyframe, "instances")) {
+      view.instances.push_back(instance(entry));
+      if (flag(entry, "moved")) kept.moved.insert(view.instances.back().id);
+    }
     if (view.instances.size() > kMostInstances) fail("a keyframe has more than 255 instances");
     const std::string color = jpeg(file(keyframe, "color"), store.image_size());
     view.depth = image(file(keyframe, "depth"), CV_16UC1, store.image_size());
@@ -172,6 +175,14 @@ class FolderReader {
            fmt::format("has the label {}, but {} lists {} instances", most, kIndex, view.instances.size()));
     }
     store.add(id, view, color);
+    return kept;
+  }
+
+  [[nodiscard]] SE3 pose(const ordered_json& object) const {
+    const std::vector<double> t = reals(object, "translation", 3), q = reals(object, "rotation_xyzw", 4);
+    const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+    if (std::abs(rotation.norm() - 1.0) > 1e-6) fail("'rotation_xyzw' is no unit quaternion");
+    return SE3::of_unit(rotation, {t[0], t[1], t[2]});
   }
 
   [[nodiscard]] ViewInstance instance(const ordered_json& entry) const {
@@ -228,6 +239,22 @@ class FolderReader {
       fail(fmt::format("'{}' is no number", key));
     return value.get<double>();
   }
+  [[nodiscard]] std::vector<double> reals(const ordered_json& object, const char* key,
+                                          std::size_t count) const {
+    std::vector<double> values;
+    for (const ordered_json& value : list(object, key)) {
+      if (!value.is_number() || !std::isfinite(value.get<double>()))
+        fail(fmt::format("'{}' holds no numbers", key));
+      values.push_back(value.get<double>());
+    }
+    if (values.size() != count) fail(fmt::format("'{}' has not {} numbers", key, count));
+    return values;
+  }
+  [[nodiscard]] bool flag(const ordered_json& object, const char* key) const {
+    const ordered_json& value = field(object, key);
+    if (!value.is_boolean()) fail(fmt::format("'{}' is neither true nor false", key));
+    return value.get<bool>();
+  }
   [[nodiscard]] std::string text(const ordered_json& object, const char* key) const {
     const ordered_json& value = field(object, key);
     if (!value.is_string()) fail(fmt::format("'{}' is no text", key));
@@ -246,18 +273,40 @@ class FolderReader {
 
 }  // namespace
 
-void write_keyframe_folder(const fs::path& folder, const ViewStore& store, const std::set<InstanceId>& moved,
+void write_keyframe_folder(const fs::path& folder, const ViewStore& store, const KeptKeyframes& kept,
                            const Camera& camera) {
   for (const char* name : {"rgb", "depth", "masks"}) make_folder(folder / name);
   std::error_code ignored;  // where it cannot be removed it cannot be written either, which is reported
   fs::remove(folder / kIndex, ignored);
+  std::vector<KeyframeId> ids;
+  for (const auto& [id, keyframe] : kept) ids.push_back(id);
+  std::stable_sort(ids.begin(), ids.end(),
+                   [&](KeyframeId a, KeyframeId b) { return store.timestamp(a) < store.timestamp(b); });
   FolderWriter writer(folder, store);
-  for (const KeyframeId id : by_time(store)) writer.add(id);
-  writer.finish(moved, camera);
+  for (const KeyframeId id : ids) writer.add(id, kept.at(id));
+  writer.finish(camera);
 }
 
-std::set<InstanceId> read_keyframe_folder(const fs::path& folder, ViewStore& store) {
-  return FolderReader(folder).read_into(store);
+KeptKeyframes read_keyframe_folder(const fs::path& folder, ViewStore& store, KeyframeId first) {
+  return FolderReader(folder).read_into(store, first);
+}
+
+void clear_keyframe_folder(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::exists(folder / kIndex, ignored)) return;
+  for (const auto& [name, ending] :
+       {std::pair("rgb", ".jpg"), {"depth", ".png"}, {"masks", ".png"}, {"masks", ".txt"}}) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder / name, ignored)) {
+      if (entry.path().extension() == ending) files.push_back(entry.path());
+    }
+    for (const fs::path& file : files) fs::remove(file, ignored);
+    fs::remove(folder / name, ignored);
+  }
+  for (const char* name : {kIndex, "camera.yaml", "rgb.txt", "depth.txt", "masks.txt"}) {
+    fs::remove(folder / name, ignored);
+  }
+  fs::remove(folder, ignored);
 }
 
 }  // namespace ipl_slam

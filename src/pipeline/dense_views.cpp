@@ -15,6 +15,21 @@ SE3 pose_of(const Map& map, const ViewAnchor& anchor) {
   return anchor.T_c_reference * map.keyframes()[anchor.reference].T_cw;
 }
 
+std::map<KeyframeId, ViewSituation> situations_of(const KeptKeyframes& kept, const Map& map, PartId part) {
+  std::map<double, KeyframeId> by_time;
+  map.keyframes().for_each([&](KeyframeId id, const Keyframe& keyframe) {
+    if (keyframe.part == part) by_time.emplace(keyframe.frame->timestamp, id);
+  });
+  std::map<KeyframeId, ViewSituation> situations;
+  for (const auto& [id, keyframe] : kept) {
+    const auto reference = by_time.find(keyframe.reference_time);
+    if (reference == by_time.end()) continue;
+    situations.emplace(
+        id, ViewSituation{pose_of(map, {reference->second, keyframe.T_c_reference}), keyframe.moved});
+  }
+  return situations;
+}
+
 void DenseViews::add(KeyframeId id, KeptView view) {
   ever_dynamic_.insert(view.dynamic.begin(), view.dynamic.end());
   views_.emplace(id, std::move(view));
@@ -43,6 +58,17 @@ std::map<KeyframeId, ViewSituation> DenseViews::in_part(const Map& map, PartId p
     situations.emplace(id, ViewSituation{pose_of(map, anchor_of(map, id)), moved_in(id, spans)});
   }
   return situations;
+}
+
+KeptKeyframes DenseViews::kept(const Map& map, const DynamicSpans* spans) const {
+  KeptKeyframes kept;
+  for (const auto& [id, view] : views_) {
+    if (id.value >= map.keyframes().ids_used()) continue;
+    const ViewAnchor anchor = anchor_of(map, id);
+    kept.emplace(id, KeptKeyframe{map.keyframes()[anchor.reference].frame->timestamp, anchor.T_c_reference,
+                                  moved_in(id, spans)});
+  }
+  return kept;
 }
 
 PartId DenseViews::main_part(const Map& map) const {

@@ -6,6 +6,7 @@
 
 #include "common/ids.hpp"
 #include "dense/dense_map.hpp"
+#include "dense/keyframe_folder.hpp"
 #include "dynamics/dynamic_spans.hpp"
 #include "map/map.hpp"
 
@@ -28,6 +29,11 @@ struct ViewAnchor {
 /// T_cw of the view, in the world of its part.
 [[nodiscard]] SE3 pose_of(const Map& map, const ViewAnchor& anchor);
 
+/// Where the views of a folder are, given the map that its keyframes were made with: those whose keyframe is
+/// in this part.
+[[nodiscard]] std::map<KeyframeId, ViewSituation> situations_of(const KeptKeyframes& kept, const Map& map,
+                                                                PartId part);
+
 /// The views the dense map keeps, and what becomes of them as the map changes and more is found out about who
 /// moved.
 class DenseViews {
@@ -42,6 +48,8 @@ class DenseViews {
   /// The views of keyframes of one part.
   [[nodiscard]] std::map<KeyframeId, ViewSituation> in_part(const Map& map, PartId part,
                                                             const DynamicSpans* spans) const;
+  /// All whose keyframes came to the map, to be written with their images.
+  [[nodiscard]] KeptKeyframes kept(const Map& map, const DynamicSpans* spans) const;
   /// The part that most views are of.
   [[nodiscard]] PartId main_part(const Map& map) const;
 

@@ -26,7 +26,6 @@ using testing::message_of;
 using testing::TemporaryFolder;
 
 const cv::Size kSize(64, 48);
-const std::set<InstanceId> kMoved{InstanceId{7}, InstanceId{41}};
 
 class KeyframeFolder : public ::testing::Test {
  protected:
@@ -41,8 +40,15 @@ class KeyframeFolder : public ::testing::Test {
     // The later keyframe has the lower id, as after maps were joined.
     store_.add(KeyframeId{2}, made_view(kSize, 1));
     store_.add(KeyframeId{9}, made_view(kSize, 0));
-    write_keyframe_folder(folder_, store_, kMoved, camera_);
+    // In the order of the folder: by time.
+    kept_ = {{KeyframeId{2}, {.reference_time = 990.125, .T_c_reference = SE3::exp(twist_), .moved = {}}},
+             {KeyframeId{9},
+              {.reference_time = store_.timestamp(KeyframeId{9}),
+               .T_c_reference = {},
+               .moved = {first_instance()}}}};
+    write_keyframe_folder(folder_, store_, kept_, camera_);
   }
+  InstanceId first_instance() const { return store_.instances(KeyframeId{9}).front().id; }
   std::string refusal() const {
     return message_of<UserError>([&] {
       ViewStore store(kSize);
@@ -64,6 +70,8 @@ class KeyframeFolder : public ::testing::Test {
   fs::path folder_;
   Camera camera_;
   ViewStore store_;
+  const Vector6d twist_ = (Vector6d() << 0.1, -0.2, 0.3, 0.01, 0.02, -0.03).finished();
+  KeptKeyframes kept_;
 };
 
 TEST_F(KeyframeFolder, GivesBackWhatWasWritten) {
@@ -72,22 +80,23 @@ TEST_F(KeyframeFolder, GivesBackWhatWasWritten) {
   EXPECT_EQ(camera.fx, camera_.fx);
   EXPECT_FALSE(camera.distorted());
   ViewStore back({camera.width, camera.height});
-  EXPECT_EQ(read_keyframe_folder(folder_, back), kMoved);
-  ASSERT_EQ(back.ids(), store_.ids());
-  for (const KeyframeId id : store_.ids()) {
-    EXPECT_EQ(back.timestamp(id), store_.timestamp(id));
-    EXPECT_EQ(back.instances(id), store_.instances(id));
-    EXPECT_EQ(back.color_jpeg(id), store_.color_jpeg(id));
-    EXPECT_TRUE(equal(back.depth(id), store_.depth(id)));
-    EXPECT_TRUE(equal(back.labels(id), store_.labels(id)));
+  const KeptKeyframes kept = read_keyframe_folder(folder_, back, KeyframeId{5});
+  ASSERT_EQ(kept.size(), 2U);
+  for (const auto& [id, old] : {std::pair(KeyframeId{5}, KeyframeId{9}), {KeyframeId{6}, KeyframeId{2}}}) {
+    EXPECT_EQ(kept.at(id), kept_.at(old));
+    EXPECT_EQ(back.timestamp(id), store_.timestamp(old));
+    EXPECT_EQ(back.instances(id), store_.instances(old));
+    EXPECT_EQ(back.color_jpeg(id), store_.color_jpeg(old));
+    EXPECT_TRUE(equal(back.depth(id), store_.depth(old)));
+    EXPECT_TRUE(equal(back.labels(id), store_.labels(old)));
   }
 }
 
 TEST_F(KeyframeFolder, HasTheSameBytesWhenWhatWasReadIsWrittenAgain) {
   ViewStore back(kSize);
-  const auto moved = read_keyframe_folder(folder_, back);
+  const KeptKeyframes kept = read_keyframe_folder(folder_, back);
   const fs::path again = temporary_ / "again";
-  write_keyframe_folder(again, back, moved, camera_);
+  write_keyframe_folder(again, back, kept, camera_);
   int files = 0;
   for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
     if (!entry.is_regular_file()) continue;
@@ -125,9 +134,18 @@ TEST_F(KeyframeFolder, HoldsKeyframesOfOneTimeSideBySide) {
   DenseView other = made_view(kSize, 4);
   other.timestamp = store.timestamp(KeyframeId{1});
   store.add(KeyframeId{2}, other);
-  write_keyframe_folder(folder_, store, {}, camera_);
-  EXPECT_TRUE(read_keyframe_folder(folder_, back).empty());
+  write_keyframe_folder(folder_, store, {{KeyframeId{1}, {}}, {KeyframeId{2}, {}}}, camera_);
+  EXPECT_EQ(read_keyframe_folder(folder_, back, KeyframeId{1}).size(), 2U);
   for (const KeyframeId id : store.ids()) EXPECT_TRUE(equal(back.depth(id), store.depth(id)));
+}
+
+TEST_F(KeyframeFolder, TakesAwayWhatItWroteAndNothingElse) {
+  temporary_.write("run/keyframes/notes.md", "mine");
+  clear_keyframe_folder(folder_);
+  ASSERT_TRUE(fs::exists(folder_ / "notes.md"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+  clear_keyframe_folder(folder_);  // not one of its own any more
+  EXPECT_TRUE(fs::exists(folder_ / "notes.md"));
 }
 
 TEST_F(KeyframeFolder, SaysWhichFileIsMissingOrBroken) {
@@ -177,11 +195,11 @@ TEST_F(KeyframeFolder, SaysWhatIsWrongWithItsIndex) {
 TEST_F(KeyframeFolder, HasNoIndexBeforeItIsWhole) {
   fs::remove_all(folder_ / "depth");
   temporary_.write("run/keyframes/depth", "a file where a folder goes");
-  EXPECT_THAT(message_of<UserError>([&] { write_keyframe_folder(folder_, store_, kMoved, camera_); }),
+  EXPECT_THAT(message_of<UserError>([&] { write_keyframe_folder(folder_, store_, kept_, camera_); }),
               HasSubstr("depth"));
   fs::remove(folder_ / "depth");
   fs::create_directories(folder_ / "depth/1000.350000.png");
-  EXPECT_THAT(message_of<UserError>([&] { write_keyframe_folder(folder_, store_, kMoved, camera_); }),
+  EXPECT_THAT(message_of<UserError>([&] { write_keyframe_folder(folder_, store_, kept_, camera_); }),
               HasSubstr("1000.350000.png"));
   EXPECT_FALSE(fs::exists(folder_ / "keyframes.json"));
 }
