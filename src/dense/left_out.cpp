@@ -84,7 +84,7 @@ class LimbSearch {
         // What the mask holds of the background behind somebody is nothing to start from.
         if (z_[pixel] == 0 || z_[pixel] > nearest_.at(x, y) + thickness_) continue;
         for (const int n : neighbours_) {
-          if (states_[pixel + n] == kAround && goes_on(pixel, pixel + n)) follow(pixel, pixel + n);
+          if (states_[pixel + n] == kAround && goes_on(pixel, pixel + n)) follow(pixel + n);
         }
       }
     }
@@ -98,9 +98,8 @@ class LimbSearch {
     return z_[to] != 0 && std::abs(int{z_[to]} - int{z_[from]}) <= options_.step * z_[from];
   }
 
-  // Takes the whole surface that goes on from a pixel of the mask at `start`, and judges it by its outline.
-  void follow(int pixel_of_mask, int start) {
-    const int reference = z_[pixel_of_mask];
+  // Takes the whole surface around `start`, and judges it by its outline.
+  void follow(int start) {
     int in_front = 0, otherwise = 0;
     surface_.assign(1, start);
     states_[start] = kFollowed;
@@ -111,7 +110,7 @@ class LimbSearch {
         if (z_[to] == 0 || states_[to] == kFollowed || states_[to] == kLimb) continue;
         if (!goes_on(from, to)) {
           ++(z_[to] > z_[from] ? in_front : otherwise);
-        } else if (states_[to] == kFar || std::abs(int{z_[to]} - reference) > thickness_) {
+        } else if (states_[to] == kFar) {
           ++otherwise;
         } else if (states_[to] == kAround) {
           states_[to] = kFollowed;

@@ -18,7 +18,7 @@ class NibbleWriter {
     shift_ += 4;
     if (shift_ == 64) flush(sizeof(word_));
   }
-  /// A number of any size in groups of 3 bits, the low ones first; the fourth bit says that more follow.
+  /// A number below 2^30 in groups of 3 bits, the low ones first; the fourth bit says that more follow.
   void put_number(std::uint32_t value) {
     for (; value > 7; value >>= 3) put(8 | (value & 7));
     put(value);

@@ -19,10 +19,10 @@ struct Scene {
     depth(arm) = kBody + 100;
     labels(trunk) = 1;
   }
-  // A floor that rises in the image from the feet to the wall, as a level camera 1.3 m above it sees it.
-  void lay_floor(int first_row) {
-    for (int y = first_row; y < 480; ++y) {
-      const double z = 1.3 * camera.fy / (y - camera.cy);
+  // A floor from below the feet, in row 420, to the wall, as a level camera 0.55 m above it sees it.
+  void lay_floor() {
+    for (int y = 340; y < 480; ++y) {
+      const double z = 0.55 * camera.fy / (y - camera.cy);
       depth.row(y).setTo(std::min<double>(kWall, z * camera.depth_scale), labels.row(y) == 0);
     }
   }
@@ -88,10 +88,9 @@ TEST(LeftOut, TakesAnArmThatTheMaskLacksAndLeavesTheWall) {
 
 TEST(LeftOut, LeavesTheFloorUnderTheFeet) {
   Scene scene;
-  // The feet stand where the floor is at the body's depth: 1.3 m * 525 / 1.6 m below the centre.
-  scene.lay_floor(380);
+  scene.lay_floor();
   const cv::Mat with = scene.mask(), without = scene.mask({.reach = 0});
-  const cv::Rect floor(200, 380, 240, 100);
+  const cv::Rect floor(200, 340, 240, 140);
   EXPECT_NEAR(share(with, floor), share(without, floor), 0.01);
   EXPECT_EQ(share(with, scene.arm), 1.0) << "while the arm goes";
 }
