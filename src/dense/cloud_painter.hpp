@@ -23,7 +23,7 @@ namespace ipl_slam {
 /// How points get colours and classes.
 struct PaintOptions {
   double tolerance = 0.02;          ///< m
-  double depth_tolerance = 0.008;   ///< 1/m
+  double depth_tolerance = 0.0042;  ///< 1/m; three times VolumeOptions::depth_sigma
   int margin = 3;                   ///< pixels
   double depth_spread = 0.3;        ///< m
   int min_views = 2;                ///< that name a class
