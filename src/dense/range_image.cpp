@@ -63,8 +63,10 @@ cv::Mat find_edges(const cv::Mat& depth, const Neighbourhood& around, double edg
     const auto* farthest = around.farthest.ptr<std::uint16_t>(v);
     auto* to = edges.ptr<std::uint8_t>(v);
     for (int u = 0; u < depth.cols; ++u) {
-      const int step = std::max(farthest[u] - d[u], d[u] - nearest[u]);
-      to[u] = d[u] != 0 && static_cast<float>(step) > limit * static_cast<float>(d[u]) ? 1 : 0;
+      const int here = d[u], behind = farthest[u] - here, before = here - nearest[u];
+      const int step = behind > before ? behind : before;
+      const bool is_step = static_cast<float>(step) > limit * static_cast<float>(here);
+      to[u] = static_cast<std::uint8_t>((here != 0) & is_step);
     }
   }
   return edges;
@@ -76,6 +78,7 @@ cv::Mat mean_inverse_depth(const cv::Mat& depth, const cv::Mat& edges, double de
   cv::Mat cells(rows, columns, CV_32FC1);
   const auto scale = static_cast<float>(depth_scale);
   const auto width = static_cast<std::size_t>(columns * kCell);
+  const auto measured_columns = static_cast<std::size_t>(depth.cols);
   std::vector<float> sum(width), count(width);
   for (int row = 0; row < rows; ++row) {
     std::fill(sum.begin(), sum.end(), 0.0F);
@@ -83,12 +86,12 @@ cv::Mat mean_inverse_depth(const cv::Mat& depth, const cv::Mat& edges, double de
     for (int v = row * kCell; v < std::min((row + 1) * kCell, depth.rows); ++v) {
       const auto* d = depth.ptr<std::uint16_t>(v);
       const auto* is_edge = edges.ptr<std::uint8_t>(v);
-      for (int u = 0; u < depth.cols; ++u) {
+      for (std::size_t u = 0; u < measured_columns; ++u) {
         const auto raw = static_cast<float>(d[u]);
-        const float measured = d[u] != 0 ? 1.0F : 0.0F;
-        sum[static_cast<std::size_t>(u)] += measured * (scale / std::max(raw, 1.0F));
+        const float measured = raw > 0.0F ? 1.0F : 0.0F;
+        sum[u] += measured * (scale / (raw + 1.0F - measured));
         // One edge outweighs all the pixels of a cell.
-        count[static_cast<std::size_t>(u)] += measured - static_cast<float>(kCell * kCell * is_edge[u]);
+        count[u] += measured - static_cast<float>(kCell * kCell * is_edge[u]);
       }
     }
     auto* to = cells.ptr<float>(row);
@@ -211,7 +214,9 @@ RangeImage make_range_image(const cv::Mat& depth, const cv::Mat& left_out, const
     auto* reach = range.reach.ptr<float>(v);
     for (std::size_t u = 0; u < columns; ++u) {
       metres[u] = unit * static_cast<float>(raw[u]);
-      reach[u] = raw[u] == 0 ? 0.0F : std::min(unit * static_cast<float>(nearest[u]), max_depth);
+      const float around_it = unit * static_cast<float>(nearest[u]);
+      const float capped = around_it < max_depth ? around_it : max_depth;
+      reach[u] = metres[u] > 0.0F ? capped : 0.0F;
     }
     const auto* of_cell = planes.ptr<float>(v / kCell);
     const auto* edge = edges.ptr<std::uint8_t>(v);

@@ -10,8 +10,9 @@ namespace {
 template <class Wanted>
 void update_blocks(const VoxelGrid& grid, const VolumeView& view, Sum sum, Simd simd, const Wanted& wanted) {
   for (const VoxelGrid::Entry& entry : grid.blocks()) {
-    if (!view.may_see(entry.place) || !wanted(entry.block->born)) continue;
-    update_block(*entry.block, entry.place, view, sum, simd);
+    const float sight = view.sight(entry.place);
+    if (sight == 0.0F || !wanted(entry.block->born)) continue;
+    update_block(*entry.block, entry.place, view, sight, sum, simd);
   }
 }
 

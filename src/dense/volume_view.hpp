@@ -27,8 +27,7 @@ class VolumeView {
   };
   static constexpr int kMaxWeight = 16;
 
-  /// Where the eight corner voxels of a block lie follows from these: homogeneous pixel (u z, v z, z) of the
-  /// centre of the first voxel.
+  /// Where a voxel's centre lies in the picture: (u z, v z, z).
   using Homogeneous = Eigen::Vector3f;
 
   VolumeView(const RangeImage& range, const SE3& T_cw, const Camera& camera, const VolumeOptions& options);
@@ -37,11 +36,13 @@ class VolumeView {
   /// that depends on the view alone. Rays are followed at distances of a fraction of a block.
   [[nodiscard]] std::vector<BlockCoord> surface_blocks() const;
 
-  /// Whether the block may lie in the picture and not wholly behind what is seen. False is certain.
-  [[nodiscard]] bool may_see(const BlockCoord& block) const;
+  /// Depth up to which the rays that may pass through the block say something, m; 0 where the block surely
+  /// lies outside the picture or behind all that.
+  [[nodiscard]] float sight(const BlockCoord& block) const;
 
+  /// Of the voxel with the lowest coordinates.
   [[nodiscard]] Homogeneous first_voxel(const BlockCoord& block) const;
-  /// Columns: what Homogeneous grows by from a voxel to the next along x, y and z of the world.
+  /// Columns: what that grows by from a voxel to the next along x, y and z of the world.
   [[nodiscard]] const Eigen::Matrix3f& voxel_steps() const { return voxel_steps_; }
   /// Weight of looking through the middle of a block.
   [[nodiscard]] int free_weight(const BlockCoord& block) const;
@@ -68,7 +69,7 @@ class VolumeView {
   Eigen::Vector3d half_extents_;  // of a block's box along the axes of the camera
   cv::Mat rays_;                  // CV_32FC4, of Ray
   cv::Mat tiles_;                 // CV_32FC1: how far what is seen in a tile reaches, m
-  float farthest_ = 0.0F;         // depth of a surface, m
+  double farthest_ = 0.0;         // depth of a surface, m
 };
 
 }  // namespace ipl_slam

@@ -17,9 +17,10 @@ constexpr int kSumLimit = std::numeric_limits<std::uint16_t>::max();
 constexpr int kSide = VoxelBlock::kSide;
 constexpr int kSteps = VoxelBlock::kDistanceSteps;
 
-// Eight voxels along x start here: homogeneous pixel of the first.
+// The first of eight voxels along x: its homogeneous pixel and its index in the block.
 struct RowStart {
   float u, v, z;
+  std::uint32_t index;
 };
 constexpr std::size_t kRows = VoxelBlock::kVoxels / kSide;
 
@@ -31,11 +32,13 @@ struct Job {
   float truncation, steps_per_metre;
   std::int32_t free_weight;
   float du, dv, dz;  // what the homogeneous pixel grows by along x
-  // By row. Worked out before the AVX2 body begins: the two kinds of code do not mix well.
+  // Rows that are not wholly behind what is seen. Worked out before the AVX2 body begins: the two kinds of
+  // code do not mix well.
+  std::size_t rows;
   std::array<RowStart, kRows> starts;
 };
 
-Job make_job(const BlockCoord& place, const VolumeView& view) {
+Job make_job(const BlockCoord& place, const VolumeView& view, float sight) {
   Job job;
   job.rays = view.rays();
   job.width = view.width();
@@ -47,17 +50,19 @@ Job make_job(const BlockCoord& place, const VolumeView& view) {
   const Eigen::Vector3f first = view.first_voxel(place);
   const Eigen::Matrix3f& steps = view.voxel_steps();
   job.du = steps(0, 0), job.dv = steps(1, 0), job.dz = steps(2, 0);
+  const float depth_of_row = static_cast<float>(kSide - 1) * job.dz;
+  job.rows = 0;
   for (std::size_t row = 0; row < kRows; ++row) {
     const auto y = static_cast<float>(row % kSide), z = static_cast<float>(row / kSide);
     const Eigen::Vector3f start = first + (y * steps.col(1) + z * steps.col(2));
-    job.starts[row] = {start.x(), start.y(), start.z()};
+    job.starts[job.rows] = {start.x(), start.y(), start.z(), static_cast<std::uint32_t>(row * kSide)};
+    if (std::min(start.z(), start.z() + depth_of_row) < sight) ++job.rows;
   }
   return job;
 }
 
 template <Sum kSum>
-void update_row_portable(VoxelBlock& block, std::size_t row, const Job& job) {
-  const RowStart& start = job.starts[row];
+void update_row_portable(VoxelBlock& block, const RowStart& start, const Job& job) {
   for (int x = 0; x < kSide; ++x) {
     const auto fx = static_cast<float>(x);
     const float z = start.z + fx * job.dz;
@@ -69,7 +74,7 @@ void update_row_portable(VoxelBlock& block, std::size_t row, const Job& job) {
     const float distance = ray.incidence * (ray.depth - z);
     const bool is_surface = ray.depth > 0.0F && std::abs(distance) <= job.truncation;
     const bool is_free = ray.through > z && !is_surface;
-    const std::size_t i = row * kSide + static_cast<std::size_t>(x);
+    const std::size_t i = start.index + static_cast<std::size_t>(x);
     if (is_surface) {
       const int old = block.weight[i], room = kSum == Sum::kAdd ? kSumLimit - old : old;
       const int weight = std::min(static_cast<int>(ray.weight), room);
@@ -89,7 +94,7 @@ void update_row_portable(VoxelBlock& block, std::size_t row, const Job& job) {
 
 template <Sum kSum>
 void update_portable(VoxelBlock& block, const Job& job) {
-  for (std::size_t row = 0; row < kRows; ++row) update_row_portable<kSum>(block, row, job);
+  for (std::size_t i = 0; i < job.rows; ++i) update_row_portable<kSum>(block, job.starts[i], job);
 }
 
 #if IPL_SLAM_HAS_AVX2_CODE
@@ -156,8 +161,7 @@ IPL_SLAM_TARGET_AVX2 inline __m256 between(__m256 value, float low, float high) 
 }
 
 template <Sum kSum>
-IPL_SLAM_TARGET_AVX2 inline void update_row_avx2(VoxelBlock& block, std::size_t row, const Job& job) {
-  const RowStart& start = job.starts[row];
+IPL_SLAM_TARGET_AVX2 inline void update_row_avx2(VoxelBlock& block, const RowStart& start, const Job& job) {
   const __m256 zero = _mm256_setzero_ps();
   const __m256 z = along(start.z, job.dz);
   const __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1.0F), z);
@@ -180,25 +184,26 @@ IPL_SLAM_TARGET_AVX2 inline void update_row_avx2(VoxelBlock& block, std::size_t 
   if (_mm256_movemask_ps(is_surface) != 0) {
     const __m256i steps = _mm256_cvtps_epi32(_mm256_mul_ps(distance, _mm256_set1_ps(job.steps_per_metre)));
     const __m256i weight = _mm256_cvtps_epi32(ray.weight), mask = _mm256_castps_si256(is_surface);
-    add_surface<kSum>(block, row * kSide, _mm256_and_si256(weight, mask), _mm256_and_si256(steps, mask));
+    add_surface<kSum>(block, start.index, _mm256_and_si256(weight, mask), _mm256_and_si256(steps, mask));
   }
   if (_mm256_movemask_ps(is_free) != 0) {
     const __m256i weight = _mm256_set1_epi32(job.free_weight);
-    add_free<kSum>(block, row * kSide, _mm256_and_si256(weight, _mm256_castps_si256(is_free)));
+    add_free<kSum>(block, start.index, _mm256_and_si256(weight, _mm256_castps_si256(is_free)));
   }
 }
 
 template <Sum kSum>
 IPL_SLAM_TARGET_AVX2 void update_avx2(VoxelBlock& block, const Job& job) {
-  for (std::size_t row = 0; row < kRows; ++row) update_row_avx2<kSum>(block, row, job);
+  for (std::size_t i = 0; i < job.rows; ++i) update_row_avx2<kSum>(block, job.starts[i], job);
 }
 
 #endif
 
 }  // namespace
 
-void update_block(VoxelBlock& block, const BlockCoord& place, const VolumeView& view, Sum sum, Simd simd) {
-  const Job job = make_job(place, view);
+void update_block(VoxelBlock& block, const BlockCoord& place, const VolumeView& view, float sight, Sum sum,
+                  Simd simd) {
+  const Job job = make_job(place, view, sight);
 #if IPL_SLAM_HAS_AVX2_CODE
   if (simd == Simd::avx2) {
     return sum == Sum::kAdd ? update_avx2<Sum::kAdd>(block, job) : update_avx2<Sum::kTakeOut>(block, job);

@@ -13,7 +13,9 @@ enum class Sum { kAdd, kTakeOut };
 /// ray nearest to its centre:
 ///   distance to the surface = incidence x (depth - z), if within the truncation;
 ///   free, where z is below the ray's `through` and the surface is not that near.
+/// sight: view.sight(place); voxels behind are left alone.
 /// Sums end at 65535 and at 0. Both bodies do the same operations in the same order, each exactly rounded.
-void update_block(VoxelBlock& block, const BlockCoord& place, const VolumeView& view, Sum sum, Simd simd);
+void update_block(VoxelBlock& block, const BlockCoord& place, const VolumeView& view, float sight, Sum sum,
+                  Simd simd);
 
 }  // namespace ipl_slam
