@@ -13,7 +13,7 @@ namespace ipl_slam {
 
 /// How upright_frame() tells where up is.
 struct UprightOptions {
-  double max_tilt = 35.0;       ///< degrees
+  double max_tilt = 45.0;       ///< degrees: as far from a wall that a camera tilted so far looks at
   double same_direction = 5.0;  ///< degrees
   double min_share = 0.05;      ///< of the points with normals
   double floor_share = 0.2;     ///< of the strongest level
@@ -22,7 +22,7 @@ struct UprightOptions {
   void visit(Visitor& v) {
     v.number(
         "max_tilt", max_tilt,
-        {0.0, 45.0, "degree", "the normals of the floor are looked for so far from the cameras' mean up"});
+        {0.0, 60.0, "degree", "the normals of the floor are looked for so far from the cameras' mean up"});
     v.number(
         "same_direction", same_direction,
         {0.1, 20.0, "degree", "normals this near each other belong to the same or to parallel surfaces"});
