@@ -14,7 +14,6 @@
 #include "dataset/camera_config.hpp"
 #include "dataset/tum_dataset.hpp"
 #include "dense/cloud_file.hpp"
-#include "evaluation/absolute_error.hpp"
 #include "evaluation/cloud_error.hpp"
 #include "mapped_sequence.hpp"
 #include "output.hpp"
@@ -34,6 +33,7 @@ struct BenchCloudOptions {
   fs::path run, masks;
   double max_depth = 4.0;
   int every = 3;
+  bool exact = false;
   bool json = false;
 };
 
@@ -54,7 +54,7 @@ CloudTruth read_truth(const BenchCloudOptions& options, const Camera& camera, Tu
     segmenter.emplace(MaskFolderOptions{.folder = options.masks.string()},
                       cv::Size(camera.width, camera.height));
   }
-  CloudTruth truth(camera, options.max_depth);
+  CloudTruth truth(camera, options.max_depth, options.exact);
   std::optional<ProgressBar> bar;
   if (says_remarks()) bar.emplace("reading the truth", source.size());
   for (std::size_t i = 0; auto item = source.next(); ++i) {
@@ -95,7 +95,7 @@ void bench_cloud(const BenchCloudOptions& options) {
                                 options.sequence.folder.string()));
   }
   const SemanticCloud cloud = read_cloud(options.run / "cloud.ply");
-  const SE3 T_ge = absolute_trajectory_error(*truth, read_trajectory(options.run / "trajectory.txt")).T_ge;
+  const SE3 T_ge = align_poses(*truth, read_trajectory(options.run / "trajectory.txt"));
   const TruePoses poses(*truth);
   const CloudError error = read_truth(options, camera, source, poses).compare(cloud, T_ge);
   const bool with_ghosts = !options.masks.empty();
@@ -122,6 +122,8 @@ void add_bench_cloud(CLI::App& bench) {
   verb->add_option("--every", options->every, "Take every so many frames")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  verb->add_flag("--exact", options->exact,
+                 "The sequence was rendered with --no-noise: measure to the surfaces between its pixels");
   verb->add_flag("--json", options->json, "Print the figures as JSON");
   verb->callback([options] { bench_cloud(*options); });
 }

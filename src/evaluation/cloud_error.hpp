@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
+#include "dataset/trajectory.hpp"
 #include "dense/semantic_cloud.hpp"
 #include "evaluation/point_index.hpp"
 #include "geometry/camera.hpp"
@@ -31,8 +33,10 @@ struct CloudError {
 /// What there was to see, from depth images at known poses.
 class CloudTruth {
  public:
-  /// camera: distortion counts. max_depth: of surfaces that are to be in the cloud, m.
-  CloudTruth(const Camera& camera, double max_depth);
+  /// camera: distortion counts. max_depth: of surfaces that are to be in the cloud, m. exact: the depth is
+  /// without noise, so that surfaces are known between its pixels, too: distances are to their planes then,
+  /// else to the nearest pixel's point.
+  CloudTruth(const Camera& camera, double max_depth, bool exact = false);
 
   /// depth: CV_16UC1, raw units. moving: CV_8UC1, not 0 where something is that moves at some time; may be
   /// empty. Both as they lie in the (distorted) image. T_wc in the world of the truth.
@@ -41,10 +45,21 @@ class CloudTruth {
   [[nodiscard]] CloudError compare(const SemanticCloud& cloud, const SE3& T_truth_cloud) const;
 
  private:
+  [[nodiscard]] Eigen::Vector3f point_at(const cv::Mat& depth, int x, int y) const;
+  [[nodiscard]] Eigen::Vector3f normal_at(const cv::Mat& depth, int x, int y) const;
+  [[nodiscard]] double distance(const Eigen::Vector3f& point, const PointIndex::Neighbour& neighbour) const;
+
   Camera camera_;
   double max_depth_;
-  std::vector<Eigen::Vector2f> rays_;  // x / z, y / z of the pixels that are taken, row by row
+  bool exact_;
+  std::vector<Eigen::Vector2f> rays_;  // x / z, y / z per pixel, row by row
   PointIndex still_, moving_;
+  std::vector<Eigen::Vector3f> normals_;  // of still_, where exact; zero = not known
 };
+
+/// The rigid motion T_ge from the estimate's world into the ground truth's that fits all poses best,
+/// rotations by rotations: of a short path positions alone leave the rotation to chance, which surfaces
+/// metres away show. Poses are associated by time. Throws UserError where none can be.
+[[nodiscard]] SE3 align_poses(const Trajectory& ground_truth, const Trajectory& estimate);
 
 }  // namespace ipl_slam

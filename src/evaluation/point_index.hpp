@@ -2,7 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -10,34 +10,33 @@
 
 namespace ipl_slam {
 
-/// Finds points near a place.
+/// Finds the nearest of many points in space.
 class PointIndex {
  public:
-  /// radius: up to which distances are asked for, m.
-  explicit PointIndex(double radius) : radius_(radius) {}
+  /// radius: up to which points are found, m. cell: edge of the cells the points are sorted into, m.
+  explicit PointIndex(double radius, double cell = 0.02);
 
+  /// Points are numbered 0, 1, 2, ... in the order they are added.
   void add(const Eigen::Vector3f& point);
-  /// Adds a point unless there is one within `spacing` (m, at most the radius) of it.
-  void add_apart(const Eigen::Vector3f& point, double spacing);
-  /// Distance to the nearest point, m; infinite where none is within the radius.
-  [[nodiscard]] double distance(const Eigen::Vector3f& point) const;
-  [[nodiscard]] std::size_t size() const { return size_; }
-  /// All of them, in no order that means anything.
-  template <class Function>
-  void for_each(const Function& fn) const {
-    for (const auto& [cell, points] : cells_) {
-      for (const Eigen::Vector3f& p : points) fn(p);
-    }
-  }
+
+  struct Neighbour {
+    std::uint32_t number = 0;
+    double distance = 0.0;  ///< m
+  };
+  /// Nothing where no point is within the radius.
+  [[nodiscard]] std::optional<Neighbour> nearest(const Eigen::Vector3f& point) const;
+  [[nodiscard]] bool any_within(const Eigen::Vector3f& point, double distance) const;
+
+  [[nodiscard]] const std::vector<Eigen::Vector3f>& points() const { return points_; }
 
  private:
   using Cell = std::uint64_t;
 
-  [[nodiscard]] Cell cell_of(const Eigen::Vector3f& point, int dx, int dy, int dz) const;
+  [[nodiscard]] std::optional<Neighbour> nearest(const Eigen::Vector3f& point, double radius) const;
 
-  double radius_;
-  std::size_t size_ = 0;
-  std::unordered_map<Cell, std::vector<Eigen::Vector3f>> cells_;  // of the radius's size
+  double radius_, cell_;
+  std::vector<Eigen::Vector3f> points_;
+  std::unordered_map<Cell, std::vector<std::uint32_t>> cells_;
 };
 
 }  // namespace ipl_slam

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "dense/cloud_file.hpp"
-#include "evaluation/absolute_error.hpp"
 #include "evaluation/cloud_error.hpp"
 #include "pipeline/pipeline.hpp"
 #include "support/rendered_sequence.hpp"
@@ -17,7 +16,8 @@ namespace {
 /// A rendered walk with everything that is known about it.
 class Walk {
  public:
-  explicit Walk(const SyntheticOptions& options) : source_(options, 2), truth_(source_.camera(), kMaxDepth) {
+  explicit Walk(const SyntheticOptions& options)
+      : source_(options, 2), truth_(source_.camera(), kMaxDepth, true) {
     for (std::size_t i = 0; i < source_.size(); ++i) {
       SyntheticFrame frame = source_.render(i);
       cv::Mat moving = cv::Mat::zeros(frame.mask.size(), CV_8UC1);
@@ -26,6 +26,7 @@ class Walk {
       }
       cv::Mat raw;
       frame.true_depth.convertTo(raw, CV_16UC1, source_.camera().depth_scale);
+      raw.setTo(0, frame.rgbd.depth == 0);  // not seen
       if (i % 3 == 0) truth_.add(raw, moving, frame.T_wc);
       poses_.push_back({frame.rgbd.timestamp, frame.T_wc});
       frames_.push_back(std::move(frame.rgbd));
@@ -42,8 +43,7 @@ class Walk {
     for (const RgbdFrame& frame : frames_) (void)pipeline.process(frame);
     pipeline.finish();
     Outcome outcome{.error = {}, .fused = pipeline.fuse(), .keyframes = pipeline.dense()->dense().size()};
-    const SE3 T_ge = absolute_trajectory_error(poses_, pipeline.trajectory()).T_ge;
-    outcome.error = truth_.compare(outcome.fused.cloud, T_ge);
+    outcome.error = truth_.compare(outcome.fused.cloud, align_poses(poses_, pipeline.trajectory()));
     return outcome;
   }
 
