@@ -467,6 +467,7 @@ void add_bench_places(CLI::App& bench) {
                  "is wrong");
   verb->add_option("--camera", o->settings.camera, "As for 'run'; for all sequences")->type_name("NAME|FILE");
   o->settings.add_settings_to(*verb);
+  o->settings.add_max_frames_to(*verb);
   o->segmenter.add_to(*verb);
   verb->callback([o] { bench_places(*o); });
 }

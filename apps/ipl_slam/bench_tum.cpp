@@ -503,6 +503,7 @@ void add_bench_tum(CLI::App& bench) {
       ->expected(2);
   verb->add_flag("--force", o->force, "Run anew what is there already");
   o->settings.add_settings_to(*verb);
+  o->settings.add_max_frames_to(*verb);
   o->segmenter.add_to(*verb);
   verb->callback([o] { bench_tum(*o); });
 }

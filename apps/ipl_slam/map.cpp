@@ -1,17 +1,26 @@
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
+#include <ipl_slam/error.hpp>
+
+#include "cloud_outputs.hpp"
 #include "common/atomic_file.hpp"
 #include "common/log.hpp"
+#include "common/progress.hpp"
 #include "map/map_bytes.hpp"
 #include "map/map_file.hpp"
 #include "output.hpp"
+#include "pipeline/dense_views.hpp"
 #include "pipeline/lines_ply.hpp"
 #include "pipeline/map_export.hpp"
 #include "pipeline/map_view.hpp"
+#include "sequence_options.hpp"
 #include "verbs.hpp"
 
 namespace ipl_slam::cli {
@@ -27,6 +36,9 @@ struct InfoArguments {
 
 struct ExportArguments {
   std::string file, output;
+  std::vector<std::string> keyframes;
+  CloudOutputs cloud;
+  SequenceOptions settings;
 };
 
 void print_summary(const Json& info) {
@@ -70,7 +82,44 @@ void print_info(const InfoArguments& arguments) {
   }
 }
 
+// Makes the cloud of the keyframes in the largest part of the map, with the poses they have there now.
+void export_cloud(const ExportArguments& arguments, const SavedMap& saved, const TrajectoryPart& part) {
+  const Config config = arguments.settings.load_config();
+  DenseMap dense(saved.camera, config.dense);
+  KeptKeyframes kept;
+  for (const std::string& folder : arguments.keyframes) {
+    kept.merge(dense.add(folder, KeyframeId{static_cast<std::uint32_t>(kept.size())}));
+  }
+  const std::map<KeyframeId, ViewSituation> situations = situations_of(kept, saved.map, part.part);
+  if (situations.empty()) {
+    throw UserError(
+        fmt::format("none of the {} keyframes in '{}' belongs to part {} of '{}': give the folder that "
+                    "`run --save-keyframes` wrote beside that map",
+                    kept.size(), fmt::join(arguments.keyframes, "', '"), part.part.value, arguments.file));
+  }
+  if (situations.size() < kept.size()) {
+    log().warn("{} of {} keyframes do not belong to part {} of the map and are left out",
+               kept.size() - situations.size(), kept.size(), part.part.value);
+  }
+  std::optional<ProgressBar> bar;
+  if (says_remarks()) bar.emplace("fusing", 3 * situations.size());
+  const auto progress = [&] {
+    if (bar) bar->advance();
+  };
+  dense.follow(situations, 0.0, situations.size(), progress);
+  const DenseMap::Result fused = dense.cloud(progress);
+  bar.reset();
+  const std::vector<std::string> names = arguments.cloud.write(arguments.output, fused, dense, part.poses);
+  log().info("wrote {}: {} points, {} objects", fmt::join(names, ", "), fused.cloud.points.size(),
+             fused.objects.size());
+}
+
 void export_map(const ExportArguments& arguments) {
+  if (arguments.keyframes.empty() && arguments.cloud.any()) {
+    throw UserError(
+        "clouds, meshes and occupancy are made of the keyframes' images: give --keyframes FOLDER");
+  }
+  arguments.cloud.check();
   const SavedMap saved = load_map(arguments.file);
   const Map& map = saved.map;
   const fs::path folder = arguments.output;
@@ -82,6 +131,7 @@ void export_map(const ExportArguments& arguments) {
   write_file_atomically(folder / "graph.json", json_text(map_graph(map)));
   write_image_atomically(folder / "map.png", draw_map_view(map, keyframes.front()));
   log().info("wrote keyframes.txt, points.ply, lines.ply, graph.json and map.png to {}", folder.string());
+  if (!arguments.keyframes.empty()) export_cloud(arguments, saved, keyframes.front());
 }
 
 }  // namespace
@@ -98,12 +148,24 @@ void add_map_verb(CLI::App& app) {
   info->callback([shown] { print_info(*shown); });
 
   CLI::App* exported = verb->add_subcommand(
-      "export", "Write keyframes.txt (TUM), points.ply, lines.ply, graph.json and map.png");
+      "export",
+      "Write keyframes.txt (TUM), points.ply, lines.ply, graph.json and map.png, and with --keyframes the "
+      "dense cloud: cloud.ply and objects.json");
   const auto arguments = std::make_shared<ExportArguments>();
   exported->add_option("map", arguments->file, "Map that was saved")->type_name("FILE")->required();
   exported->add_option("-o,--output", arguments->output, "Folder for the files; made where it is not there")
       ->type_name("DIR")
       ->required();
+  exported
+      ->add_option(
+          "--keyframes", arguments->keyframes,
+          "Folder of the keyframes' images that `run --save-keyframes` wrote with this map; may be given "
+          "again")
+      ->type_name("FOLDER")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  arguments->cloud.add_to(*exported);
+  arguments->settings.add_settings_to(*exported);
   exported->callback([arguments] { export_map(*arguments); });
 }
 

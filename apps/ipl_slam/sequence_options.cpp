@@ -24,6 +24,7 @@ void SequenceOptions::add_to(CLI::App& verb, const std::string& folder_meaning) 
       ->type_name("NAME")
       ->capture_default_str();
   add_settings_to(verb);
+  add_max_frames_to(verb);
   verb.add_option("--associations", dataset.associations,
                   "File with ready color-depth pairs, in the sequence's folder or elsewhere")
       ->type_name("FILE");
@@ -37,6 +38,9 @@ void SequenceOptions::add_settings_to(CLI::App& verb) {
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+void SequenceOptions::add_max_frames_to(CLI::App& verb) {
   verb.add_option("--max-frames", max_frames, "Stop after this many frames; 0 = all")
       ->type_name("N")
       ->check(CLI::Range(0, 1000000000))

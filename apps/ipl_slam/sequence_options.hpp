@@ -29,8 +29,9 @@ struct SequenceOptions {
   /// `folder_meaning`: what the positional argument is.
   void add_to(CLI::App& verb, const std::string& folder_meaning =
                                   "Folder in TUM RGB-D layout: rgb.txt and depth.txt, or associations.txt");
-  /// The part of them that does not depend on the sequence: --config, --set and --max-frames.
+  /// The part of them that does not depend on the sequence: --config and --set.
   void add_settings_to(CLI::App& verb);
+  void add_max_frames_to(CLI::App& verb);
   /// The camera asked for, or the one guessed from the folder; prints which.
   [[nodiscard]] Camera load_camera() const;
   /// What to read, with an associations file that was given relative to the present folder made absolute.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <map>
@@ -10,6 +11,7 @@
 #include "common/ids.hpp"
 #include "common/options.hpp"
 #include "dense/cloud_painter.hpp"
+#include "dense/keyframe_folder.hpp"
 #include "dense/left_out.hpp"
 #include "dense/range_image.hpp"
 #include "dense/semantic_cloud.hpp"
@@ -73,8 +75,10 @@ class DenseMap {
   /// Keeps the view of a keyframe; images as they come from the camera. It enters the volume with follow().
   void add(KeyframeId id, double timestamp, const cv::Mat& color, const cv::Mat& depth,
            const std::vector<TrackedInstance>& instances);
-  /// Puts back a view that was kept before.
-  void add(KeyframeId id, const DenseView& view) { views_.add(id, view); }
+  /// Keeps the views of a folder, as read_keyframe_folder().
+  [[nodiscard]] KeptKeyframes add(const std::filesystem::path& folder, KeyframeId first) {
+    return read_keyframe_folder(folder, views_, first);
+  }
 
   /// Brings the volume to `wanted`: views that are not in it are taken in, those whose surfaces moved by more
   /// than `tolerance` (m, 2 m before the camera) or in which other people moved are taken in anew, those that
