@@ -25,9 +25,9 @@ struct CloudError {
   static constexpr double kFar = 0.10;
   static constexpr double kComplete = 0.02;
   /// A point lies on a mover within this distance of where it was measured ...
-  static constexpr double kOnMover = 0.02;
+  static constexpr double kOnMover = 0.05;
   /// ... unless something that stays was measured as near as this: people stand on floors and touch tables.
-  static constexpr double kOnStatic = 0.03;
+  static constexpr double kOnStatic = 0.02;
 };
 
 /// What there was to see, from depth images at known poses.
