@@ -185,6 +185,7 @@ TEST_F(KeyframeFolder, SaysWhatIsWrongWithItsIndex) {
   change_index([](auto& json) { json["keyframes"].erase(1); });
   change_index([](auto& json) { json["keyframes"][0].erase("timestamp"); });
   EXPECT_THAT(refusal(), HasSubstr("a 'timestamp' is missing"));
+  change_index([](auto& json) { json["keyframes"][0]["timestamp"] = 1.0; });
   change_index([](auto& json) { json["keyframes"][0]["instances"].erase(1); });
   EXPECT_THAT(refusal(), HasSubstr("has the label 2"));
   change_index([](auto& json) { json["keyframes"][0]["color"] = "rgb/\n.jpg"; });
