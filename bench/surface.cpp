@@ -105,7 +105,7 @@ void BM_PaintView(benchmark::State& state) {
   const Camera camera;
   const std::vector<SurfacePoint> points = extract_surface(room(), kTruncation, {});
   const RoomView view(camera, 0.01 * static_cast<double>(state.range(0)), 0.2);
-  const PaintView paint{view.color, view.depth, view.labels, view.instances, true};
+  const PaintView paint{view.color, view.depth, view.labels, view.instances};
   CloudPainter one(points, camera, {}), painter(points, camera, {});
   one.add(paint, view.T_cw);
   for (auto _ : state) painter.add(paint, view.T_cw);
@@ -118,7 +118,7 @@ void BM_FinishCloud(benchmark::State& state) {
   CloudPainter painter(extract_surface(room(), kTruncation, {}), camera, {});
   for (int k = 0; k < 12; ++k) {
     const RoomView view(camera, 0.5 * k, 0.2);
-    painter.add({view.color, view.depth, view.labels, view.instances, true}, view.T_cw);
+    painter.add({view.color, view.depth, view.labels, view.instances}, view.T_cw);
   }
   for (auto _ : state) {
     benchmark::DoNotOptimize(painter.cloud());

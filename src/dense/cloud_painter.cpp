@@ -139,7 +139,6 @@ void CloudPainter::add(const PaintView& view, const SE3& T_cw) {
     for (std::uint32_t i = group.first; i < group.last; ++i) {
       if (!projection.see(points_[i], sight)) continue;
       paint(i, view.color.at<cv::Vec3b>(sight.v, sight.u), sight);
-      if (!view.segmented) continue;
       const LabelVoters::Says says = voters.says(sight.u, sight.v, sight.depth);
       if (says == LabelVoters::Says::kNobody) ++unnamed_[i];
       if (says == LabelVoters::Says::kInstance) vote(i, names[voters.label(sight.u, sight.v) - 1U]);

@@ -69,7 +69,6 @@ struct PaintView {
   const cv::Mat& depth;                        ///< CV_32FC1, m, as RangeImage::depth: 0 = not to be used
   const cv::Mat& labels;                       ///< CV_8UC1: 0 = nobody, k = instances[k - 1]; may be empty
   const std::vector<ViewInstance>& instances;  ///< 255 at most
-  bool segmented = false;                      ///< whether a segmenter looked at it at all
 };
 
 /// Gives surface points the colours of the views that see them, and the classes of what stands there. All

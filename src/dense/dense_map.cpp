@@ -109,11 +109,7 @@ DenseMap::Result DenseMap::cloud(const std::function<void()>& progress) {
   for (const auto& [id, view] : in_volume_) {
     const cv::Mat color = views_.color(id), labels = views_.labels(id);
     const RangeImage range = range_image(id, view.situation.moved);
-    painter.add({.color = color,
-                 .depth = range.depth,
-                 .labels = labels,
-                 .instances = views_.instances(id),
-                 .segmented = true},
+    painter.add({.color = color, .depth = range.depth, .labels = labels, .instances = views_.instances(id)},
                 view.situation.T_cw);
     call(progress);
   }

@@ -28,6 +28,7 @@ using nlohmann::ordered_json;
 constexpr const char* kIndex = "keyframes.json";
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kMostInstances = 255;  // of a view
+constexpr double kFarthest = 1e6;  // m, of a view from its keyframe: farther, voxels have no numbers
 
 // --- writing ---
 
@@ -182,6 +183,9 @@ class FolderReader {
     const std::vector<double> t = reals(object, "translation", 3), q = reals(object, "rotation_xyzw", 4);
     const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
     if (std::abs(rotation.norm() - 1.0) > 1e-6) fail("'rotation_xyzw' is no unit quaternion");
+    for (const double x : t) {
+      if (std::abs(x) > kFarthest) fail(fmt::format("'translation' is more than {} m", kFarthest));
+    }
     return SE3::of_unit(rotation, {t[0], t[1], t[2]});
   }
 

@@ -15,7 +15,7 @@ namespace ipl_slam {
 /// What of a view does not enter the cloud.
 struct LeftOutOptions {
   bool movers = true;      ///< what moves by itself by its class, also while it stands still
-  bool moved = true;       ///< what was found to move at any time
+  bool moved = true;       ///< what was found to move
   int grow = 6;            ///< pixels at an image width of 640, as the next
   int reach = 72;          ///< about a forearm at 2 m; 0: limbs are not looked for
   double step = 0.015;     ///< share of the depth; two steps of a Kinect's depth at 2.5 m
@@ -27,7 +27,8 @@ struct LeftOutOptions {
     v.flag(
         "movers", movers,
         "people, animals and vehicles are left out, also while they stand still and were not seen to move");
-    v.flag("moved", moved, "what was found to move at any time is left out of all views");
+    v.flag("moved", moved,
+           "what was found to move is left out where it did; what has no class, everywhere once it did");
     v.number(
         "grow", grow,
         {0, 200, "pixel",
@@ -49,7 +50,7 @@ struct LeftOutOptions {
   }
 };
 
-/// moved: instances that were found to move at any time.
+/// moved: instances that are to be left out of the view because they moved.
 [[nodiscard]] bool is_left_out(const ViewInstance& instance, const std::set<InstanceId>& moved,
                                const LeftOutOptions& options);
 

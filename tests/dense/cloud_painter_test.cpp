@@ -39,14 +39,13 @@ struct View {
   cv::Mat depth{120, 160, CV_32FC1, cv::Scalar(1.002F)};
   cv::Mat labels{120, 160, CV_8UC1, cv::Scalar(0)};
   std::vector<ViewInstance> instances;
-  bool segmented = true;
 
   // Draws an instance.
   void add(std::uint32_t id, const std::string& name, const cv::Rect& box, float score = 0.8F) {
     instances.push_back({InstanceId{id}, name, score});
     labels(box).setTo(static_cast<double>(instances.size()));
   }
-  [[nodiscard]] PaintView paint() const { return {color, depth, labels, instances, segmented}; }
+  [[nodiscard]] PaintView paint() const { return {color, depth, labels, instances}; }
 };
 
 CloudPainter painter_of(std::vector<SurfacePoint> points, const std::vector<View>& views,
@@ -176,21 +175,17 @@ TEST(CloudPainter, NamesPointsInsideTheMasksOnly) {
 }
 
 TEST(CloudPainter, NeedsTwoViewsForAName) {
-  View named, unnamed, not_segmented;
+  View named, unnamed;
   named.add(7, "chair", {60, 40, 40, 40});
-  not_segmented.segmented = false;
-  EXPECT_TRUE(with_label(painter_of(wall(), {named, unnamed, not_segmented}).cloud(), kChair).empty());
-  EXPECT_FALSE(
-      with_label(painter_of(wall(), {named, unnamed, not_segmented, named}).cloud(), kChair).empty());
+  EXPECT_TRUE(with_label(painter_of(wall(), {named, unnamed}).cloud(), kChair).empty());
+  EXPECT_FALSE(with_label(painter_of(wall(), {named, unnamed, named}).cloud(), kChair).empty());
 }
 
 TEST(CloudPainter, WeighsMissesAgainstNames) {
-  View named, missed, unlooked;
+  View named, missed;
   named.add(7, "chair", {60, 40, 40, 40}, 0.75F);
-  unlooked.segmented = false;
   std::vector<View> views{named, named};
   for (int i = 0; i < 10; ++i) views.push_back(missed);
-  for (int i = 0; i < 50; ++i) views.push_back(unlooked);
   // 1.5 of votes against 10 x 0.15.
   const auto points = with_label(painter_of(wall(), views).cloud(), kChair);
   ASSERT_FALSE(points.empty());

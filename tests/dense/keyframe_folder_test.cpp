@@ -164,16 +164,28 @@ TEST_F(KeyframeFolder, SaysWhichFileIsMissingOrBroken) {
 }
 
 TEST_F(KeyframeFolder, SaysWhatIsWrongWithItsIndex) {
-  change_index([](auto& json) { json["keyframes"][1]["id"] = json["keyframes"][0]["id"]; });
-  EXPECT_THAT(refusal(), HasSubstr("keyframe 9 is given twice"));
-  change_index([](auto& json) { json["keyframes"][1]["id"] = -1; });
+  const auto with_instance_id = [&](auto value) {
+    change_index([&](auto& json) { json["keyframes"][1]["instances"][0]["id"] = value; });
+  };
+  with_instance_id(-1);
   EXPECT_THAT(refusal(), HasSubstr("'id' is no whole number"));
-  change_index([](auto& json) { json["keyframes"][1]["id"] = 4294967296; });
+  with_instance_id(4294967296);
   EXPECT_THAT(refusal(), HasSubstr("'id' is no whole number"));
-  change_index([](auto& json) { json["keyframes"][1]["id"] = 5, json["keyframes"][1]["timestamp"] = "now"; });
-  EXPECT_THAT(refusal(), HasSubstr("'timestamp' is no number"));
-  change_index([](auto& json) { json["keyframes"][1].erase("timestamp"); });
+  with_instance_id(5);
+  change_index([](auto& json) { json["keyframes"][1]["instances"][0]["moved"] = 1; });
+  EXPECT_THAT(refusal(), HasSubstr("'moved' is neither true nor false"));
+  change_index([](auto& json) { json["keyframes"][1]["T_c_reference"]["translation"] = {1, 2}; });
+  EXPECT_THAT(refusal(), HasSubstr("'translation' has not 3 numbers"));
+  change_index([](auto& json) {
+    json["keyframes"][1]["T_c_reference"] = {{"translation", {1, 2, 3}}, {"rotation_xyzw", {0, 0, 0, 2}}};
+  });
+  EXPECT_THAT(refusal(), HasSubstr("'rotation_xyzw' is no unit quaternion"));
+  change_index([](auto& json) { json["keyframes"][1]["reference_time"] = "now"; });
+  EXPECT_THAT(refusal(), HasSubstr("'reference_time' is no number"));
+  change_index([](auto& json) { json["keyframes"].erase(1); });
+  change_index([](auto& json) { json["keyframes"][0].erase("timestamp"); });
   EXPECT_THAT(refusal(), HasSubstr("a 'timestamp' is missing"));
+  change_index([](auto& json) { json["keyframes"][0]["timestamp"] = 1.0; });
   change_index([](auto& json) { json["keyframes"][0]["instances"].erase(1); });
   EXPECT_THAT(refusal(), HasSubstr("has the label 2"));
   change_index([](auto& json) { json["keyframes"][0]["color"] = "rgb/\n.jpg"; });
@@ -181,7 +193,7 @@ TEST_F(KeyframeFolder, SaysWhatIsWrongWithItsIndex) {
   change_index([](auto& json) { json["keyframes"] = 3; });
   EXPECT_THAT(refusal(), HasSubstr("'keyframes' is no list"));
   change_index([](auto& json) { json["keyframes"] = {{{"id", 1}}}; });
-  EXPECT_THAT(refusal(), HasSubstr("'timestamp' is missing"));
+  EXPECT_THAT(refusal(), HasSubstr("'reference_time' is missing"));
   change_index([](auto& json) { json["version"] = 2; });
   EXPECT_THAT(refusal(), HasSubstr("version"));
   temporary_.write("run/keyframes/keyframes.json", "{\"version\": 1");
