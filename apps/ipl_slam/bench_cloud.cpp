@@ -1,5 +1,6 @@
 #include "bench_cloud.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -18,7 +19,6 @@
 #include "mapped_sequence.hpp"
 #include "output.hpp"
 #include "segmentation/mask_folder_segmenter.hpp"
-#include "sequence_input.hpp"
 #include "sequence_options.hpp"
 #include "verbs.hpp"
 
@@ -76,8 +76,12 @@ CloudTruth read_truth(const BenchCloudOptions& options, const Camera& camera, Tu
   if (!options.seen.empty()) seen.emplace(options.seen, camera);
   CloudTruth truth(camera, options.max_depth, options.exact);
   std::optional<ProgressBar> bar;
-  if (says_remarks()) bar.emplace("reading the truth", source.size());
-  for (std::size_t i = 0; auto item = source.next(); ++i) {
+  const std::size_t most = options.sequence.max_frames;
+  const std::size_t total = most > 0 ? std::min(most, source.size()) : source.size();
+  if (says_remarks()) bar.emplace("reading the truth", total);
+  for (std::size_t i = 0; i < total; ++i) {
+    const std::optional<SourceItem> item = source.next();
+    if (!item) break;
     if (bar) bar->advance();
     if (!item->frame || i % static_cast<std::size_t>(options.every) != 0) continue;
     const std::optional<SE3> T_wc = poses.at(item->timestamp);
@@ -89,6 +93,11 @@ CloudTruth read_truth(const BenchCloudOptions& options, const Camera& camera, Tu
       depth.setTo(0, frame->depth == 0);
     }
     truth.add(depth, moving_mask(segmenter ? &*segmenter : nullptr, *item->frame), *T_wc);
+  }
+  if (truth.empty()) {
+    throw UserError(fmt::format(
+        "'{}': no frame with a true pose shows a surface nearer than {:g} m; check the images and --camera",
+        options.sequence.folder.string(), options.max_depth));
   }
   return truth;
 }
@@ -113,16 +122,18 @@ void print(const CloudError& error, bool with_ghosts) {
 }
 
 void bench_cloud(const BenchCloudOptions& options) {
+  if (options.json) set_log_level(LogLevel::kQuiet);  // alone, so that another program can read it
   const Camera camera = options.sequence.load_camera();
   TumDataset source(options.sequence.folder, camera, options.sequence.dataset_options());
-  const std::optional<Trajectory> truth = read_ground_truth(source);
-  if (!truth) {
+  const std::optional<fs::path> truth_file = source.ground_truth();
+  if (!truth_file) {
     throw UserError(fmt::format("'{}' has no ground truth: there is nothing to compare with",
                                 options.sequence.folder.string()));
   }
+  const Trajectory truth = read_trajectory(*truth_file);
   const SemanticCloud cloud = read_cloud(options.run / "cloud.ply");
-  const SE3 T_ge = align_poses(*truth, read_trajectory(options.run / "trajectory.txt"));
-  const TruePoses poses(*truth);
+  const SE3 T_ge = align_poses(truth, read_trajectory(options.run / "trajectory.txt"));
+  const TruePoses poses(truth);
   const CloudError error = read_truth(options, camera, source, poses).compare(cloud, T_ge);
   const bool with_ghosts = !options.masks.empty();
   options.json ? fmt::print("{}", json_text(error_json(error, with_ghosts))) : print(error, with_ghosts);

@@ -82,36 +82,42 @@ void print_info(const InfoArguments& arguments) {
   }
 }
 
-// Makes the cloud of the keyframes in the largest part of the map, with the poses they have there now.
-void export_cloud(const ExportArguments& arguments, const SavedMap& saved, const TrajectoryPart& part) {
-  const Config config = arguments.settings.load_config();
-  DenseMap dense(saved.camera, config.dense);
+struct KeyframeCloud {
+  DenseMap dense;
+  DenseMap::Result fused = {};
+};
+
+// The cloud of the keyframes in one part of the map, with the poses they have there now.
+std::unique_ptr<KeyframeCloud> fuse(const ExportArguments& arguments, const SavedMap& saved, PartId part,
+                                    const DenseOptions& options) {
+  std::unique_ptr<KeyframeCloud> cloud(new KeyframeCloud{DenseMap(saved.camera, options)});
+  DenseMap& dense = cloud->dense;
   KeptKeyframes kept;
   for (const std::string& folder : arguments.keyframes) {
     kept.merge(dense.add(folder, KeyframeId{static_cast<std::uint32_t>(kept.size())}));
   }
-  const std::map<KeyframeId, ViewSituation> situations = situations_of(kept, saved.map, part.part);
+  const std::map<KeyframeId, ViewSituation> situations = situations_of(kept, saved.map, part);
   if (situations.empty()) {
     throw UserError(
         fmt::format("none of the {} keyframes in '{}' belongs to part {} of '{}': give the folder that "
                     "`run --save-keyframes` wrote beside that map",
-                    kept.size(), fmt::join(arguments.keyframes, "', '"), part.part.value, arguments.file));
+                    kept.size(), fmt::join(arguments.keyframes, "', '"), part.value, arguments.file));
   }
   if (situations.size() < kept.size()) {
     log().warn("{} of {} keyframes do not belong to part {} of the map and are left out",
-               kept.size() - situations.size(), kept.size(), part.part.value);
+               kept.size() - situations.size(), kept.size(), part.value);
   }
   std::optional<ProgressBar> bar;
-  if (says_remarks()) bar.emplace("fusing", 3 * situations.size());
+  if (says_remarks()) bar.emplace("fusing", 3 * situations.size(), "steps");
   const auto progress = [&] {
     if (bar) bar->advance();
   };
   dense.follow(situations, 0.0, situations.size(), progress);
-  const DenseMap::Result fused = dense.cloud(progress);
-  bar.reset();
-  const std::vector<std::string> names = arguments.cloud.write(arguments.output, fused, dense, part.poses);
-  log().info("wrote {}: {} points, {} objects", fmt::join(names, ", "), fused.cloud.points.size(),
-             fused.objects.size());
+  cloud->fused = dense.cloud(progress);
+  if (dense.volume().refused() > 0) {
+    log().warn("the cloud is cut short at dense.volume.max_memory: raise that, or dense.volume.voxel");
+  }
+  return cloud;
 }
 
 void export_map(const ExportArguments& arguments) {
@@ -120,18 +126,26 @@ void export_map(const ExportArguments& arguments) {
         "clouds, meshes and occupancy are made of the keyframes' images: give --keyframes FOLDER");
   }
   arguments.cloud.check();
+  const Config config = arguments.settings.load_config();
   const SavedMap saved = load_map(arguments.file);
   const Map& map = saved.map;
+  const std::vector<TrajectoryPart> keyframes = keyframe_parts(map);
+  const TrajectoryPart& main = keyframes.front();
+  // Before anything is written: the folders of keyframes may not fit the map.
+  const auto cloud = arguments.keyframes.empty() ? nullptr : fuse(arguments, saved, main.part, config.dense);
   const fs::path folder = arguments.output;
   make_folder(folder);
-  const std::vector<TrajectoryPart> keyframes = keyframe_parts(map);
   write_trajectory(folder / "keyframes.txt", keyframes);
   write_file_atomically(folder / "points.ply", points_ply(map));
   write_file_atomically(folder / "lines.ply", lines_ply(map));
   write_file_atomically(folder / "graph.json", json_text(map_graph(map)));
-  write_image_atomically(folder / "map.png", draw_map_view(map, keyframes.front()));
+  write_image_atomically(folder / "map.png", draw_map_view(map, main));
   log().info("wrote keyframes.txt, points.ply, lines.ply, graph.json and map.png to {}", folder.string());
-  if (!arguments.keyframes.empty()) export_cloud(arguments, saved, keyframes.front());
+  if (!cloud) return;
+  const std::vector<std::string> names =
+      arguments.cloud.write(folder, cloud->fused, cloud->dense, main.poses);
+  log().info("wrote {}: {} points, {} objects", fmt::join(names, ", "), cloud->fused.cloud.points.size(),
+             cloud->fused.objects.size());
 }
 
 }  // namespace

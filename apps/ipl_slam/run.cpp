@@ -148,7 +148,7 @@ std::optional<FusedRun> fuse(Pipeline& pipeline) {
   if (pipeline.dense() == nullptr) return std::nullopt;
   const Stopwatch stopwatch;
   std::optional<ProgressBar> bar;
-  if (says_remarks()) bar.emplace("fusing", 3 * pipeline.dense()->dense().views().ids().size());
+  if (says_remarks()) bar.emplace("fusing", 3 * pipeline.dense()->dense().views().ids().size(), "steps");
   DenseMap::Result fused = pipeline.fuse([&] {
     if (bar) bar->advance();
   });
@@ -170,7 +170,13 @@ void write_cloud(const OutputFolder& output, const RunOptions& options, const Pi
 void write_results(const OutputFolder& output, const RunOptions& options, const SequenceRun& result,
                    const RunSetting& setting, const std::optional<Trajectory>& truth, Pipeline& pipeline,
                    FrameFolder* overlays) {
-  const std::optional<FusedRun> fused = fuse(pipeline);
+  std::optional<FusedRun> fused;
+  std::optional<UserError> no_cloud;
+  try {
+    fused = fuse(pipeline);
+  } catch (const UserError& error) {
+    no_cloud = error;  // what was tracked is not to be lost for it
+  }
   const std::vector<TrajectoryPart> parts = pipeline.trajectory_parts();
   const Trajectory& trajectory = parts.front().poses;
   const std::optional<Evaluation> evaluation = evaluate_run(truth, trajectory);
@@ -198,6 +204,7 @@ void write_results(const OutputFolder& output, const RunOptions& options, const 
   fmt::print("{}", run_text(result, pipeline, fused ? &*fused : nullptr));
   if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
   fmt::print("results in {}\n", output.path().string());
+  if (no_cloud) throw UserError(*no_cloud);
 }
 
 // The map may be wanted inside the output folder, so that has to be there.
@@ -222,11 +229,25 @@ void save(const RunOptions& options, const Pipeline& pipeline) {
   });
 }
 
+// What is asked for and cannot be made is to be known before an hour of tracking.
+void check_cloud(const RunOptions& options, const Config& config) {
+  options.cloud.check();
+  if (!options.cloud.any() && !options.save_keyframes) return;
+  for (const auto& [hinders, reason] : {std::pair(!config.dense.enabled, "dense.enabled=false"),
+                                        {options.localize_only, "--localize-only"}}) {
+    if (!hinders) continue;
+    throw UserError(fmt::format(
+        "with {} no cloud is made, nor what is made of it (--save-keyframes, --label-colors, --pcd, --mesh, "
+        "--occupancy, --octomap)",
+        reason));
+  }
+}
+
 void run(const RunOptions& options) {
   Config config = options.sequence.load_config();
   options.segmenter.apply(config);
   options.sequence.check_output(options.output);
-  options.cloud.check();
+  check_cloud(options, config);
   if (options.realtime) config.schedule.mode = "realtime";
   if (options.threads > 0) config.schedule.threads = options.threads;
   const Camera camera = options.sequence.load_camera();

@@ -41,6 +41,8 @@ class CloudTruth {
   /// depth: CV_16UC1, raw units. moving: CV_8UC1, not 0 where something is that moves at some time; may be
   /// empty. Both as they lie in the (distorted) image. T_wc in the world of the truth.
   void add(const cv::Mat& depth, const cv::Mat& moving, const SE3& T_wc);
+  /// Whether no surface was seen that stays: there is nothing to compare with.
+  [[nodiscard]] bool empty() const { return still_.points().empty(); }
   /// T_truth_cloud takes the cloud into the truth's world.
   [[nodiscard]] CloudError compare(const SemanticCloud& cloud, const SE3& T_truth_cloud) const;
 

@@ -6,6 +6,8 @@
 #include <thread>
 #include <utility>
 
+#include <ipl_slam/error.hpp>
+
 #include "common/bounded_queue.hpp"
 
 namespace ipl_slam {
@@ -20,8 +22,18 @@ class LockstepDense final : public DenseSchedule {
  public:
   LockstepDense(const Camera& camera, const Config& config) : dense_(camera, config.dense) {}
 
-  void add(NewView view) override { keep(view, dense_, views_); }
+  void add(NewView view) override {
+    if (failure_) return;
+    try {
+      keep(view, dense_, views_);
+    } catch (const UserError&) {
+      failure_ = std::current_exception();
+    }
+  }
   void finish() override {}
+  void check() const override {
+    if (failure_) std::rethrow_exception(failure_);
+  }
   [[nodiscard]] DenseMap& dense() override { return dense_; }
   [[nodiscard]] const DenseMap& dense() const override { return dense_; }
   [[nodiscard]] const DenseViews& views() const override { return views_; }
@@ -30,6 +42,7 @@ class LockstepDense final : public DenseSchedule {
  private:
   DenseMap dense_;
   DenseViews views_;
+  std::exception_ptr failure_;
 };
 
 class RealtimeDense final : public DenseSchedule {
@@ -53,7 +66,7 @@ class RealtimeDense final : public DenseSchedule {
   void add(NewView view) override {
     {
       std::lock_guard lock(mutex_);
-      if (failure_) std::rethrow_exception(failure_);
+      if (failure_) return;
       if (pending_ == kQueue) {
         ++dropped_;
         return;
@@ -65,6 +78,9 @@ class RealtimeDense final : public DenseSchedule {
   void finish() override {
     std::unique_lock lock(mutex_);
     done_.wait(lock, [&] { return pending_ == 0; });
+  }
+  void check() const override {
+    std::lock_guard lock(mutex_);
     if (failure_) std::rethrow_exception(failure_);
   }
   [[nodiscard]] DenseMap& dense() override { return dense_; }

@@ -25,9 +25,13 @@ class DenseSchedule {
  public:
   virtual ~DenseSchedule() = default;
 
+  /// Where the disk fails it keeps that for check() and takes no more views: what is tracked is not to be
+  /// lost for it.
   virtual void add(NewView view) = 0;
   /// Waits for what is under way. To be called before what follows.
   virtual void finish() = 0;
+  /// Throws what went wrong with a view: UserError where the disk failed.
+  virtual void check() const = 0;
   [[nodiscard]] virtual DenseMap& dense() = 0;
   [[nodiscard]] virtual const DenseMap& dense() const = 0;
   [[nodiscard]] virtual const DenseViews& views() const = 0;

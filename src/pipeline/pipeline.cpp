@@ -188,6 +188,7 @@ void Pipeline::finish() {
 }
 
 DenseMap::Result Pipeline::fuse(const std::function<void()>& progress) {
+  dense_->check();
   const PartId part = trajectory_parts().front().part;
   std::map<KeyframeId, ViewSituation> wanted;
   mapping_->read([&](const Map& map, const std::vector<MappingRecord>&) {

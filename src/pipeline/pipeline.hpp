@@ -72,7 +72,7 @@ class Pipeline {
   [[nodiscard]] const DenseSchedule* dense() const { return dense_.get(); }
   /// Makes the cloud of the static world, with all that is known at the end, in the world of the first of
   /// trajectory_parts(). To be called after finish(), and where dense() is not null. Calls `progress` three
-  /// times a keyframe.
+  /// times a keyframe. Throws UserError where the disk failed that the keyframes' images are kept on.
   [[nodiscard]] DenseMap::Result fuse(const std::function<void()>& progress = {});
   /// The surface of what was fused last.
   [[nodiscard]] TriangleMesh mesh(const SemanticCloud& cloud) const { return dense_->dense().mesh(cloud); }

@@ -176,8 +176,8 @@ void Slam::save_map(const std::filesystem::path& file) const {
 void Slam::save_cloud(const std::filesystem::path& file) const {
   impl_->pipeline.finish();
   if (impl_->pipeline.dense() == nullptr) {
-    throw UserError(fmt::format("'{}' was not written: no cloud is made with dense.enabled=false or localize_only",
-                                file.string()));
+    throw UserError(fmt::format(
+        "'{}' was not written: no cloud is made with dense.enabled=false or localize_only", file.string()));
   }
   const SemanticCloud cloud = impl_->pipeline.fuse().cloud;
   if (cloud.points.empty()) {

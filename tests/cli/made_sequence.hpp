@@ -19,10 +19,11 @@ class MadeSequence {
  public:
   static constexpr int kFrames = 10;
 
-  MadeSequence() {
+  /// More frames go on where the ten end; what spoils a sequence below knows of ten.
+  explicit MadeSequence(int frames = kFrames) {
     SequenceWriteOptions options;
     options.threads = 2;
-    write_sequence(SyntheticSource(small_room(kFrames)), folder_ / "room", options);
+    write_sequence(SyntheticSource(small_room(frames)), folder_ / "room", options);
   }
 
   [[nodiscard]] std::filesystem::path path() const { return folder_ / "room"; }

@@ -4,12 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <sys/mount.h>
 
 #include "dataset/trajectory.hpp"
 #include "made_sequence.hpp"
 #include "program.hpp"
 #include "refused.hpp"
+#include "tiny_disk.hpp"
 
 namespace ipl_slam {
 namespace {
@@ -28,6 +28,7 @@ using ::testing::Not;
 using testing::run_program;
 using ::testing::StartsWith;
 using testing::TemporaryFolder;
+using testing::TinyDisk;
 
 Finished run(const MadeSequence& sequence, std::vector<std::string> more = {}) {
   more.insert(more.begin(), {"run", sequence.path().string(), "-o", sequence.output().string()});
@@ -232,23 +233,6 @@ TEST(CliRun, UnwritableOutput) {
   }
   expect_refused(run_program({IPL_SLAM_PROGRAM, "config"}, {}, "/dev/full"), {"standard output"});
 }
-
-/// A file system of a few kilobytes, where the machine allows to mount one.
-class TinyDisk {
- public:
-  explicit TinyDisk(const char* size) {
-    mounted_ = ::mount("tmpfs", folder_.path().c_str(), "tmpfs", 0, size) == 0;
-  }
-  ~TinyDisk() {
-    if (mounted_) ::umount2(folder_.path().c_str(), MNT_DETACH);
-  }
-  [[nodiscard]] bool mounted() const { return mounted_; }
-  [[nodiscard]] fs::path path() const { return folder_.path(); }
-
- private:
-  TemporaryFolder folder_;
-  bool mounted_ = false;
-};
 
 TEST(CliRun, FullDisk) {
   const MadeSequence sequence;
