@@ -129,7 +129,14 @@ class FolderReader {
  public:
   explicit FolderReader(const fs::path& folder) : folder_(folder), index_(folder / kIndex) {}
 
-  KeptKeyframes read_into(ViewStore& store, KeyframeId first) {
+  KeptKeyframes read_into(ViewStore& store) {
+    KeyframeId next{0};
+    for (const KeyframeId id : store.ids()) {
+      next.value = id.value + 1;
+      for (const ViewInstance& i : store.instances(id)) {
+        first_instance_ = std::max(first_instance_, i.id.value + 1);
+      }
+    }
     ordered_json json;
     try {
       json = ordered_json::parse(read_file(index_));
@@ -141,8 +148,8 @@ class FolderReader {
     }
     KeptKeyframes kept;
     for (const ordered_json& keyframe : list(json, "keyframes")) {
-      kept.emplace(first, add(keyframe, store, first));
-      ++first.value;
+      kept.emplace(next, add(keyframe, store, next));
+      ++next.value;
     }
     return kept;
   }
@@ -190,7 +197,9 @@ class FolderReader {
   }
 
   [[nodiscard]] ViewInstance instance(const ordered_json& entry) const {
-    return {InstanceId{number_of(entry, "id")}, text(entry, "class"),
+    const std::uint64_t id = std::uint64_t{first_instance_} + number_of(entry, "id");
+    if (id >= InstanceId::kInvalid) fail("its instances have too large numbers");
+    return {InstanceId{static_cast<std::uint32_t>(id)}, text(entry, "class"),
             static_cast<float>(real(entry, "score"))};
   }
 
@@ -273,6 +282,7 @@ class FolderReader {
   }
 
   fs::path folder_, index_;
+  std::uint32_t first_instance_ = 0;
 };
 
 }  // namespace
@@ -291,8 +301,8 @@ void write_keyframe_folder(const fs::path& folder, const ViewStore& store, const
   writer.finish(camera);
 }
 
-KeptKeyframes read_keyframe_folder(const fs::path& folder, ViewStore& store, KeyframeId first) {
-  return FolderReader(folder).read_into(store, first);
+KeptKeyframes read_keyframe_folder(const fs::path& folder, ViewStore& store) {
+  return FolderReader(folder).read_into(store);
 }
 
 void clear_keyframe_folder(const fs::path& folder) {

@@ -80,9 +80,9 @@ TEST_F(KeyframeFolder, GivesBackWhatWasWritten) {
   EXPECT_EQ(camera.fx, camera_.fx);
   EXPECT_FALSE(camera.distorted());
   ViewStore back({camera.width, camera.height});
-  const KeptKeyframes kept = read_keyframe_folder(folder_, back, KeyframeId{5});
+  const KeptKeyframes kept = read_keyframe_folder(folder_, back);
   ASSERT_EQ(kept.size(), 2U);
-  for (const auto& [id, old] : {std::pair(KeyframeId{5}, KeyframeId{9}), {KeyframeId{6}, KeyframeId{2}}}) {
+  for (const auto& [id, old] : {std::pair(KeyframeId{0}, KeyframeId{9}), {KeyframeId{1}, KeyframeId{2}}}) {
     EXPECT_EQ(kept.at(id), kept_.at(old));
     EXPECT_EQ(back.timestamp(id), store_.timestamp(old));
     EXPECT_EQ(back.instances(id), store_.instances(old));
@@ -135,8 +135,24 @@ TEST_F(KeyframeFolder, HoldsKeyframesOfOneTimeSideBySide) {
   other.timestamp = store.timestamp(KeyframeId{1});
   store.add(KeyframeId{2}, other);
   write_keyframe_folder(folder_, store, {{KeyframeId{1}, {}}, {KeyframeId{2}, {}}}, camera_);
-  EXPECT_EQ(read_keyframe_folder(folder_, back, KeyframeId{1}).size(), 2U);
-  for (const KeyframeId id : store.ids()) EXPECT_TRUE(equal(back.depth(id), store.depth(id)));
+  EXPECT_EQ(read_keyframe_folder(folder_, back).size(), 2U);
+  EXPECT_TRUE(equal(back.depth(KeyframeId{0}), store.depth(KeyframeId{1})));
+  EXPECT_TRUE(equal(back.depth(KeyframeId{1}), store.depth(KeyframeId{2})));
+}
+
+TEST_F(KeyframeFolder, NumbersWhatASecondFolderHoldsBehindTheFirst) {
+  ViewStore back(kSize);
+  const KeptKeyframes first = read_keyframe_folder(folder_, back),
+                      second = read_keyframe_folder(folder_, back);
+  ASSERT_EQ(back.ids().size(), 4U);
+  EXPECT_EQ(second.begin()->first, KeyframeId{2});
+  for (const ViewInstance& a : back.instances(KeyframeId{0})) {
+    for (const ViewInstance& b : back.instances(KeyframeId{2})) EXPECT_NE(a.id, b.id);
+  }
+  // Who moved has the new numbers, too.
+  const InstanceId mover = back.instances(KeyframeId{2}).front().id;
+  EXPECT_EQ(second.at(KeyframeId{2}).moved, std::set<InstanceId>{mover});
+  EXPECT_EQ(first.at(KeyframeId{0}).moved, std::set<InstanceId>{first_instance()});
 }
 
 TEST_F(KeyframeFolder, TakesAwayWhatItWroteAndNothingElse) {
