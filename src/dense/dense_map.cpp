@@ -27,7 +27,9 @@ DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
       options_(options),
       maker_(camera),
       views_({camera.width, camera.height}),
-      volume_(camera_, options.volume) {}
+      volume_(camera_, options.volume) {
+  options_.range.depth_sigma = options.volume.depth_sigma;
+}
 
 void DenseMap::add(KeyframeId id, double timestamp, const cv::Mat& color, const cv::Mat& depth,
                    const std::vector<TrackedInstance>& instances) {

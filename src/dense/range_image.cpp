@@ -27,6 +27,9 @@ constexpr float kBend = 0.01F;
 // Least share of a cell's pixels that must have depth.
 constexpr double kLeastFill = 0.5;
 
+// A measurement is off by more standard deviations in 3 of 1000 cases.
+constexpr float kNoiseLimit = 3.0F;
+
 constexpr std::uint16_t kNoDepth = std::numeric_limits<std::uint16_t>::max();
 
 int cells_along(int pixels) {
@@ -127,46 +130,73 @@ float slope(const float* at, std::ptrdiff_t stride, int room_before, int room_be
   return (rise_before + rise_behind) / static_cast<float>(before + behind);
 }
 
-// CV_32FC1, one value per cell: distance of the camera from the surface's tangent plane, m; 0 = not known.
-// Inverse depth is linear over the image of a plane: with n . p = D and p = z m, 1/z = (n / D) . m. Its
-// derivatives by x and y are thus n_x / D and n_y / D, and |n| = 1 gives D.
-cv::Mat plane_distances(const cv::Mat& inverse_depth, const Camera& camera) {
-  cv::Mat planes = cv::Mat::zeros(inverse_depth.size(), CV_32FC1);
+// A cell's surface.
+struct Plane {
+  float distance;    // of the camera from the tangent plane, m; 0 = not known
+  float at_00;       // inverse depth in the image's pixel (0, 0), if it went on so far, 1/m
+  float by_u, by_v;  // growth of inverse depth per pixel, 1/m
+};
+
+// One Plane per cell. Inverse depth is linear over the image of a plane: with n . p = D and p = z m, 1/z =
+// (n / D) . m. Its derivatives by x and y are thus n_x / D and n_y / D, and |n| = 1 gives D.
+std::vector<Plane> cell_planes(const cv::Mat& inverse_depth, const Camera& camera) {
+  std::vector<Plane> planes(inverse_depth.total(), Plane{});
   const auto down = static_cast<std::ptrdiff_t>(inverse_depth.step1());
   const auto per_x = static_cast<float>(camera.fx / kCell), per_y = static_cast<float>(camera.fy / kCell);
-  for (int row = 0; row < planes.rows; ++row) {
+  const int rows = inverse_depth.rows, columns = inverse_depth.cols;
+  for (int row = 0; row < rows; ++row) {
     const auto* from = inverse_depth.ptr<float>(row);
-    auto* to = planes.ptr<float>(row);
+    Plane* to = planes.data() + static_cast<std::ptrdiff_t>(row) * columns;
     const auto y = static_cast<float>(((row + 0.5) * kCell - 0.5 - camera.cy) / camera.fy);
-    for (int column = 0; column < planes.cols; ++column) {
+    for (int column = 0; column < columns; ++column) {
       const float* at = from + column;
       if (*at == 0.0F) continue;
       const auto x = static_cast<float>(((column + 0.5) * kCell - 0.5 - camera.cx) / camera.fx);
-      const float nx = slope(at, 1, column, planes.cols - 1 - column) * per_x;
-      const float ny = slope(at, down, row, planes.rows - 1 - row) * per_y;
-      const float nz = *at - x * nx - y * ny;
-      to[column] = 1.0F / std::sqrt(nx * nx + ny * ny + nz * nz);
+      const float along = slope(at, 1, column, columns - 1 - column);
+      const float across = slope(at, down, row, rows - 1 - row);
+      const float nx = along * per_x, ny = across * per_y, nz = *at - x * nx - y * ny;
+      const auto u = static_cast<float>((column + 0.5) * kCell - 0.5),
+                 v = static_cast<float>((row + 0.5) * kCell - 0.5);
+      const float by_u = along / kCell, by_v = across / kCell;
+      to[column] = {1.0F / std::sqrt(nx * nx + ny * ny + nz * nz), *at - by_u * u - by_v * v, by_u, by_v};
     }
   }
   return planes;
 }
 
-// The plane of the cell about (row, column) whose depth is most like the pixel's, for pixels in cells that
-// have none of their own; 0 where none comes within `limit` of the inverse depth.
-float plane_nearby(const cv::Mat& planes, const cv::Mat& inverse_depth, int row, int column, float inverse,
-                   float limit) {
+// The distance of the plane of the cell about (row, column) whose depth is most like the pixel's, for pixels
+// in cells that have none of their own; 0 where none comes within `limit` of the inverse depth.
+float plane_nearby(const std::vector<Plane>& planes, const cv::Mat& inverse_depth, int row, int column,
+                   float inverse, float limit) {
   float best = limit * inverse, plane = 0.0F;
-  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, planes.rows - 1); ++r) {
-    for (int c = std::max(column - 1, 0); c <= std::min(column + 1, planes.cols - 1); ++c) {
-      if (planes.at<float>(r, c) == 0.0F) continue;
+  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, inverse_depth.rows - 1); ++r) {
+    for (int c = std::max(column - 1, 0); c <= std::min(column + 1, inverse_depth.cols - 1); ++c) {
+      const float distance = planes[static_cast<std::size_t>(r * inverse_depth.cols + c)].distance;
+      if (distance == 0.0F) continue;
       const float difference = std::abs(inverse_depth.at<float>(r, c) - inverse);
       if (difference > best) continue;
       best = difference;
-      plane = planes.at<float>(r, c);
+      plane = distance;
     }
   }
   return plane;
 }
+
+// Depth between what was measured and what the surface about it says, by how likely the difference is noise.
+// Noise of a standard deviation s hides detail of the size d: the best guess is s^2 / (s^2 + d^2) of the way
+// to the surface (Wiener's filter). What differs by more than noise is detail.
+struct Smoother {
+  float sigma, detail2;
+
+  [[nodiscard]] float operator()(float metres, const Plane& plane, float u, float v) const {
+    const float inverse = plane.at_00 + plane.by_u * u + plane.by_v * v;
+    if (plane.distance == 0.0F || inverse <= 0.0F) return metres;
+    const float noise = sigma * metres * metres, difference = 1.0F / inverse - metres;
+    if (std::abs(difference) > kNoiseLimit * noise) return metres;
+    const float noise2 = noise * noise;
+    return metres + noise2 / (noise2 + detail2) * difference;
+  }
+};
 
 // Gives the depth that is to be taken in: 0 where it is not. metres: measured. plane: distance of the tangent
 // plane, per pixel.
@@ -196,7 +226,9 @@ RangeImage make_range_image(const cv::Mat& depth, const cv::Mat& left_out, const
   const Neighbourhood around = look_around(depth);
   const cv::Mat edges = find_edges(depth, around, options.edge);
   const cv::Mat inverse_depth = mean_inverse_depth(depth, edges, camera.depth_scale);
-  const cv::Mat planes = plane_distances(inverse_depth, camera);
+  const std::vector<Plane> planes = cell_planes(inverse_depth, camera);
+  const Smoother smoothed{static_cast<float>(options.depth_sigma),
+                          static_cast<float>(std::max(options.detail * options.detail, 1e-12))};
 
   RangeImage range{cv::Mat(depth.size(), CV_32FC1), cv::Mat(depth.size(), CV_32FC1),
                    cv::Mat(depth.size(), CV_32FC1)};
@@ -218,11 +250,14 @@ RangeImage make_range_image(const cv::Mat& depth, const cv::Mat& left_out, const
       const float capped = around_it < max_depth ? around_it : max_depth;
       reach[u] = metres[u] > 0.0F ? capped : 0.0F;
     }
-    const auto* of_cell = planes.ptr<float>(v / kCell);
+    const Plane* of_cell = planes.data() + static_cast<std::ptrdiff_t>(v / kCell) * inverse_depth.cols;
     const auto* edge = edges.ptr<std::uint8_t>(v);
     for (std::size_t u = 0; u < columns; ++u) {
-      plane[u] = of_cell[u / kCell];
-      if (plane[u] > 0.0F || edge[u] != 0 || raw[u] == 0) continue;
+      const Plane& cell = of_cell[u / kCell];
+      plane[u] = cell.distance;
+      if (edge[u] != 0 || raw[u] == 0) continue;
+      metres[u] = smoothed(metres[u], cell, static_cast<float>(u), static_cast<float>(v));
+      if (plane[u] > 0.0F) continue;
       plane[u] =
           plane_nearby(planes, inverse_depth, v / kCell, static_cast<int>(u) / kCell, 1.0F / metres[u], like);
     }

@@ -12,6 +12,9 @@ struct RangeOptions {
   double max_depth = 4.0;       ///< m
   double edge = 0.03;           ///< depth steps above this share of the depth are edges
   double min_incidence = 0.15;  ///< least cosine between ray and surface normal
+  double detail = 0.005;        ///< m
+  /// 1/m; error of depth at 1 m, which grows with its square. A DenseMap sets it to that of its volume.
+  double depth_sigma = 0.0014;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -22,6 +25,9 @@ struct RangeOptions {
               "the camera measures depths where there is nothing"});
     v.number("min_incidence", min_incidence,
              {0.0, 1.0, "", "surfaces seen flatter than this (cosine of ray and normal) are left out"});
+    v.number("detail", detail,
+             {0.0, 1.0, "m",
+              "depth is smoothed along surfaces, the more the farther its error is above this; 0: entirely"});
   }
 };
 
