@@ -108,8 +108,8 @@ std::unique_ptr<DenseMap> rebuilt(const DenseMap& dense, const Camera& camera, c
 // Nobody tells who they are: two seconds of standing make a ghost in every keyframe until they leave, and
 // what is behind them is seen through the place where they stood.
 TEST(Cloud, ForgetsSomebodyWhoStoodForTwoSecondsAndLeft) {
-  SyntheticOptions options = testing::small_room(96);
-  options.fps = 12.0;
+  SyntheticOptions options = testing::small_room(64);
+  options.fps = 8.0;
   options.story = "leave";
   options.people = 1;
   const Walk walk(options);
@@ -120,8 +120,7 @@ TEST(Cloud, ForgetsSomebodyWhoStoodForTwoSecondsAndLeft) {
   DenseOptions uncarved = config.dense;
   uncarved.surface.carve = 1e6;
   const auto with_ghost = rebuilt(pipeline->dense()->dense(), pipeline->camera(), uncarved);
-  EXPECT_GT(walk.error(*pipeline, with_ghost->cloud()).ghosts, 0.005)
-      << "there was a ghost to be carved away";
+  EXPECT_GT(walk.error(*pipeline, with_ghost->cloud()).ghosts, 0.05) << "there was a ghost to be carved away";
 }
 
 TEST(Cloud, IsTheSameBytesTwice) {
