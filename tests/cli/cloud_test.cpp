@@ -143,7 +143,7 @@ TEST(CliCloud, IsTheSameBytesTwice) {
     (void)output_of(sequence, {"--threads", threads});
     bytes.push_back(content_of(sequence.output() / "cloud.ply"));
   }
-  EXPECT_EQ(bytes[0], bytes[1]);
+  EXPECT_TRUE(bytes[0] == bytes[1]);  // not EXPECT_EQ: megabytes would be printed
 }
 
 TEST(CliCloud, ComesInTheFormatsThatAreAskedForAndTheyGoWithTheNextRun) {
@@ -241,7 +241,8 @@ TEST(CliCloud, IsMadeAgainFromMapAndKeyframesToTheByte) {
   EXPECT_EQ(finished.code, 0) << finished.err;
   EXPECT_THAT(finished.out, IsEmpty()) << "quiet";
   for (const char* name : {"cloud.ply", "objects.json"}) {
-    EXPECT_EQ(content_of(saved.sequence.beside("again") / name), content_of(saved.sequence.output() / name))
+    EXPECT_TRUE(content_of(saved.sequence.beside("again") / name) ==
+                content_of(saved.sequence.output() / name))
         << name;
   }
   expect_none_of_the_optional(saved.sequence.beside("again"));

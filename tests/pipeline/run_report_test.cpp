@@ -130,7 +130,7 @@ TEST(RunSummary, CountsTheLabelledPointsOfTheCloud) {
 
 TEST(RunSummary, SaysWhereTheCloudIsCutShort) {
   Config config;
-  config.dense.volume.max_memory = 1;  // MiB
+  config.dense.volume.max_memory = 1;  // MiB, less than a user may set: the room takes 8
   Pipeline pipeline(small_camera(), config);
   KeptFrames source(render_all(small_room(10)));
   const SequenceRun result = run_sequence(source, pipeline);
