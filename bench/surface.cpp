@@ -118,7 +118,7 @@ void BM_FinishCloud(benchmark::State& state) {
   CloudPainter painter(extract_surface(room(), kTruncation, {}), camera, {});
   for (int k = 0; k < 12; ++k) {
     const RoomView view(camera, 0.5 * k, 0.2);
-    painter.add({view.color, view.depth, view.labels, view.instances, true}, view.T_cw);
+    painter.add({view.color, view.depth, view.labels, view.instances}, view.T_cw);
   }
   for (auto _ : state) {
     benchmark::DoNotOptimize(painter.cloud());

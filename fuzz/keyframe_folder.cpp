@@ -35,7 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     view.instances = {{InstanceId{1}, "person", 0.5F}};
     store.add(KeyframeId{1}, view);
     const auto made = fuzz::user_file("keyframes/made", nullptr, 0).parent_path();
-    write_keyframe_folder(made, store, {}, Camera{});
+    write_keyframe_folder(made, store, {{KeyframeId{1}, {}}}, Camera{});
     return made;
   }();
   (void)fuzz::user_file("keyframes/keyframes.json", data, size);

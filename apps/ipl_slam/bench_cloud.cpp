@@ -30,7 +30,7 @@ using Json = nlohmann::ordered_json;
 
 struct BenchCloudOptions {
   SequenceOptions sequence;
-  fs::path run, masks;
+  fs::path run, masks, seen;
   double max_depth = 4.0;
   int every = 3;
   bool exact = false;
@@ -47,6 +47,24 @@ cv::Mat moving_mask(MaskFolderSegmenter* segmenter, const RgbdFrame& frame) {
   return moving.to_image();
 }
 
+// The frame of another recording of the same path at a time; frames must be asked for in order.
+class SameTime {
+ public:
+  SameTime(const fs::path& folder, const Camera& camera) : source_(folder, camera) {}
+
+  [[nodiscard]] std::optional<RgbdFrame> at(double timestamp) {
+    while (!next_ || next_->timestamp < timestamp - kAssociationWindow) {
+      next_ = source_.next();
+      if (!next_) return std::nullopt;
+    }
+    return next_->timestamp < timestamp + kAssociationWindow ? next_->frame : std::nullopt;
+  }
+
+ private:
+  TumDataset source_;
+  std::optional<SourceItem> next_;
+};
+
 CloudTruth read_truth(const BenchCloudOptions& options, const Camera& camera, TumDataset& source,
                       const TruePoses& poses) {
   std::optional<MaskFolderSegmenter> segmenter;
@@ -54,6 +72,8 @@ CloudTruth read_truth(const BenchCloudOptions& options, const Camera& camera, Tu
     segmenter.emplace(MaskFolderOptions{.folder = options.masks.string()},
                       cv::Size(camera.width, camera.height));
   }
+  std::optional<SameTime> seen;
+  if (!options.seen.empty()) seen.emplace(options.seen, camera);
   CloudTruth truth(camera, options.max_depth, options.exact);
   std::optional<ProgressBar> bar;
   const std::size_t most = options.sequence.max_frames;
@@ -66,7 +86,13 @@ CloudTruth read_truth(const BenchCloudOptions& options, const Camera& camera, Tu
     if (!item->frame || i % static_cast<std::size_t>(options.every) != 0) continue;
     const std::optional<SE3> T_wc = poses.at(item->timestamp);
     if (!T_wc) continue;
-    truth.add(item->frame->depth, moving_mask(segmenter ? &*segmenter : nullptr, *item->frame), *T_wc);
+    cv::Mat depth = item->frame->depth;
+    if (seen) {
+      const std::optional<RgbdFrame> frame = seen->at(item->timestamp);
+      if (!frame) continue;
+      depth.setTo(0, frame->depth == 0);
+    }
+    truth.add(depth, moving_mask(segmenter ? &*segmenter : nullptr, *item->frame), *T_wc);
   }
   if (truth.empty()) {
     throw UserError(fmt::format(
@@ -119,7 +145,12 @@ void add_bench_cloud(CLI::App& bench) {
   CLI::App* verb = bench.add_subcommand(
       "cloud", "The cloud of a run beside the depth images at their true poses: distances, ghosts, gaps");
   const auto options = std::make_shared<BenchCloudOptions>();
-  options->sequence.add_to(*verb, "Sequence with ground truth; of a rendered one the same with --no-noise");
+  verb->add_option("sequence", options->sequence.folder,
+                   "Sequence with ground truth; of a rendered one the same with --no-noise")
+      ->type_name("FOLDER")
+      ->check(not_empty())
+      ->required();
+  verb->add_option("--camera", options->sequence.camera, "As for 'run'")->type_name("NAME|FILE");
   verb->add_option("run", options->run, "Results of `ipl_slam run`: cloud.ply and trajectory.txt")
       ->type_name("RUN_DIR")
       ->check(not_empty())
@@ -133,6 +164,11 @@ void add_bench_cloud(CLI::App& bench) {
   verb->add_option("--every", options->every, "Take every so many frames")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  verb->add_option(
+          "--seen", options->seen,
+          "The sequence as the run saw it, where SEQUENCE is the same without noise: what had no depth "
+          "there is not asked for")
+      ->type_name("FOLDER");
   verb->add_flag("--exact", options->exact,
                  "The sequence was rendered with --no-noise: measure to the surfaces between its pixels");
   verb->add_flag("--json", options->json, "Print the figures as JSON");

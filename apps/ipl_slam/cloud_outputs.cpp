@@ -19,7 +19,8 @@ namespace {
 
 // What the views of the volume saw through and what stands there, upright.
 OccupancyGrid occupancy_of(const DenseMap& dense, const SemanticCloud& cloud, const Trajectory& trajectory) {
-  OccupancyGrid grid({}, upright_frame(cloud, trajectory).T_uw);
+  const DenseOptions& options = dense.options();
+  OccupancyGrid grid(options.occupancy, upright_frame(cloud, trajectory, options.upright).T_uw);
   grid.add_points(cloud.points);
   for (const KeyframeId id : dense.views().ids()) {
     const ViewSituation* situation = dense.in_volume(id);
@@ -69,7 +70,7 @@ std::vector<std::string> CloudOutputs::write(const std::filesystem::path& folder
   if (octomap) write_as("map.bt", octomap_bt(grid));
   if (occupancy) {
     try {
-      const OccupancyMap map = occupancy_map(grid);
+      const OccupancyMap map = occupancy_map(grid, dense.options().floor_plan);
       write_as("map.pgm", map_pgm(map));
       write_as("map.yaml", map_yaml(map, "map.pgm"));
     } catch (const UserError& error) {

@@ -94,7 +94,7 @@ std::unique_ptr<KeyframeCloud> fuse(const ExportArguments& arguments, const Save
   DenseMap& dense = cloud->dense;
   KeptKeyframes kept;
   for (const std::string& folder : arguments.keyframes) {
-    kept.merge(dense.add(folder, KeyframeId{static_cast<std::uint32_t>(kept.size())}));
+    kept.merge(dense.add(folder));
   }
   const std::map<KeyframeId, ViewSituation> situations = situations_of(kept, saved.map, part);
   if (situations.empty()) {

@@ -158,7 +158,7 @@ std::optional<FusedRun> fuse(Pipeline& pipeline) {
 void write_cloud(const OutputFolder& output, const RunOptions& options, const Pipeline& pipeline,
                  const FusedRun& fused) {
   const DenseMap& dense = pipeline.dense()->dense();
-  options.cloud.write(output.path(), fused.result, dense, pipeline.trajectory());
+  options.cloud.write(output.path(), fused.result, dense, pipeline.keyframe_trajectory());
   if (!options.save_keyframes) return;
   pipeline.mapping().read([&](const Map& map, const std::vector<MappingRecord>&) {
     write_keyframe_folder(output / "keyframes", dense.views(),
@@ -247,6 +247,7 @@ void run(const RunOptions& options) {
   Config config = options.sequence.load_config();
   options.segmenter.apply(config);
   options.sequence.check_output(options.output);
+  check_kept(options.segmenter.masks, options.output);
   check_cloud(options, config);
   if (options.realtime) config.schedule.mode = "realtime";
   if (options.threads > 0) config.schedule.threads = options.threads;

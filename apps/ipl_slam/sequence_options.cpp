@@ -84,6 +84,19 @@ void SequenceOptions::check_output(const std::filesystem::path& output) const {
     throw UserError(
         fmt::format("'{}' is the sequence itself; choose another folder with -o", output.string()));
   }
+  check_kept(folder, output);
+}
+
+void check_kept(const std::filesystem::path& input, const std::filesystem::path& output) {
+  std::error_code error;
+  const std::filesystem::path keyframes = output / "keyframes";
+  if (std::filesystem::equivalent(input, keyframes, error) ||
+      std::filesystem::equivalent(input, keyframes / "masks", error)) {
+    throw UserError(
+        fmt::format("'{}' was left in '{}' by an earlier run, and a new one takes its place: move it, "
+                    "or choose another folder with -o",
+                    input.string(), output.string()));
+  }
 }
 
 Config SequenceOptions::load_config() const {

@@ -36,10 +36,14 @@ struct SequenceOptions {
   [[nodiscard]] Camera load_camera() const;
   /// What to read, with an associations file that was given relative to the present folder made absolute.
   [[nodiscard]] TumDatasetOptions dataset_options() const;
-  /// Throws UserError where results would go into the sequence itself.
+  /// Throws UserError where results would go into the sequence itself, or take its place.
   void check_output(const std::filesystem::path& output) const;
   /// Preset, then the file, then the single settings.
   [[nodiscard]] Config load_config() const;
 };
+
+/// Throws UserError where an input folder is one that a run takes away from its output folder
+/// (RUN_DIR/keyframes).
+void check_kept(const std::filesystem::path& input, const std::filesystem::path& output);
 
 }  // namespace ipl_slam::cli

@@ -140,8 +140,14 @@ void CloudPainter::add(const PaintView& view, const SE3& T_cw) {
       if (!projection.see(points_[i], sight)) continue;
       paint(i, view.color.at<cv::Vec3b>(sight.v, sight.u), sight);
       const LabelVoters::Says says = voters.says(sight.u, sight.v, sight.depth);
-      if (says == LabelVoters::Says::kNobody) ++unnamed_[i];
-      if (says == LabelVoters::Says::kInstance) vote(i, names[voters.label(sight.u, sight.v) - 1U]);
+      if (says == LabelVoters::Says::kNothing) continue;
+      const Name* name =
+          says == LabelVoters::Says::kInstance ? &names[voters.label(sight.u, sight.v) - 1U] : nullptr;
+      if (name != nullptr && name->track != kNone) {
+        vote(i, *name);
+      } else {
+        ++unnamed_[i];
+      }
     }
   }
   ++views_;
@@ -150,6 +156,10 @@ void CloudPainter::add(const PaintView& view, const SE3& T_cw) {
 std::vector<CloudPainter::Name> CloudPainter::names_in(const PaintView& view) {
   std::vector<Name> names;
   for (const ViewInstance& instance : view.instances) {
+    if (instance.class_name == "unknown") {
+      names.push_back({kNone, 0});
+      continue;
+    }
     const std::int32_t label = labels_.label(instance.class_name);
     const auto [it, is_new] =
         track_numbers_.try_emplace({instance.id, label}, static_cast<std::uint32_t>(tracks_.size()));

@@ -118,7 +118,7 @@ class CloudPainter {
   };
   /// What an instance of a view votes for.
   struct Name {
-    std::uint32_t track;  // in tracks_
+    std::uint32_t track;  // in tracks_; kNone = "unknown", which is no name
     std::uint32_t score;  // in 1/kScoreSteps
   };
   struct Sight;

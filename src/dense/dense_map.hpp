@@ -13,11 +13,14 @@
 #include "dense/cloud_painter.hpp"
 #include "dense/keyframe_folder.hpp"
 #include "dense/left_out.hpp"
+#include "dense/occupancy_grid.hpp"
+#include "dense/occupancy_map.hpp"
 #include "dense/range_image.hpp"
 #include "dense/semantic_cloud.hpp"
 #include "dense/surface_extractor.hpp"
 #include "dense/triangle_mesh.hpp"
 #include "dense/tsdf_volume.hpp"
+#include "dense/upright.hpp"
 #include "dense/view_maker.hpp"
 #include "dense/view_store.hpp"
 #include "geometry/camera.hpp"
@@ -34,6 +37,9 @@ struct DenseOptions {
   VolumeOptions volume;
   SurfaceOptions surface;
   PaintOptions paint;
+  UprightOptions upright;
+  OccupancyOptions occupancy;
+  OccupancyMapOptions floor_plan;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -43,12 +49,16 @@ struct DenseOptions {
               "realtime: a keyframe whose surfaces moved by more than this is integrated again; in lockstep "
               "every one whose pose changed is"});
     v.number("changes", changes,
-             {1, 1000, "keyframes", "realtime: keyframes integrated again at most when a new one comes"});
+             {1, 1000, "keyframes",
+              "realtime: keyframes integrated, for the first time or again, at most when a new one comes"});
     v.section("range", range, "which measured depth is taken for a surface");
     v.section("left_out", left_out, "who is left out of the cloud");
     v.section("volume", volume, "fusion of depth");
     v.section("surface", surface, "what counts as a surface");
     v.section("paint", paint, "colours, classes and objects");
+    v.section("upright", upright, "which way is up, for floor plan and OctoMap");
+    v.section("occupancy", occupancy, "cells of floor plan and OctoMap");
+    v.section("floor_plan", floor_plan, "heights over the floor that make an obstacle");
   }
 };
 
@@ -76,8 +86,8 @@ class DenseMap {
   void add(KeyframeId id, double timestamp, const cv::Mat& color, const cv::Mat& depth,
            const std::vector<TrackedInstance>& instances);
   /// Keeps the views of a folder, as read_keyframe_folder().
-  [[nodiscard]] KeptKeyframes add(const std::filesystem::path& folder, KeyframeId first) {
-    return read_keyframe_folder(folder, views_, first);
+  [[nodiscard]] KeptKeyframes add(const std::filesystem::path& folder) {
+    return read_keyframe_folder(folder, views_);
   }
 
   /// Brings the volume to `wanted`: views that are not in it are taken in, those whose surfaces moved by more
@@ -99,6 +109,7 @@ class DenseMap {
 
   [[nodiscard]] const ViewStore& views() const { return views_; }
   [[nodiscard]] const Camera& camera() const { return camera_; }
+  [[nodiscard]] const DenseOptions& options() const { return options_; }
   /// How a view stands in the volume; null where it does not.
   [[nodiscard]] const ViewSituation* in_volume(KeyframeId id) const;
   /// Views in the volume.

@@ -28,6 +28,7 @@ using nlohmann::ordered_json;
 constexpr const char* kIndex = "keyframes.json";
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kMostInstances = 255;  // of a view
+constexpr double kFarthest = 1e6;  // m, of a view from its keyframe: farther, voxels have no numbers
 
 // --- writing ---
 
@@ -128,7 +129,14 @@ class FolderReader {
  public:
   explicit FolderReader(const fs::path& folder) : folder_(folder), index_(folder / kIndex) {}
 
-  KeptKeyframes read_into(ViewStore& store, KeyframeId first) {
+  KeptKeyframes read_into(ViewStore& store) {
+    KeyframeId next{0};
+    for (const KeyframeId id : store.ids()) {
+      next.value = id.value + 1;
+      for (const ViewInstance& i : store.instances(id)) {
+        first_instance_ = std::max(first_instance_, i.id.value + 1);
+      }
+    }
     ordered_json json;
     try {
       json = ordered_json::parse(read_file(index_));
@@ -140,8 +148,8 @@ class FolderReader {
     }
     KeptKeyframes kept;
     for (const ordered_json& keyframe : list(json, "keyframes")) {
-      kept.emplace(first, add(keyframe, store, first));
-      ++first.value;
+      kept.emplace(next, add(keyframe, store, next));
+      ++next.value;
     }
     return kept;
   }
@@ -182,11 +190,16 @@ class FolderReader {
     const std::vector<double> t = reals(object, "translation", 3), q = reals(object, "rotation_xyzw", 4);
     const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
     if (std::abs(rotation.norm() - 1.0) > 1e-6) fail("'rotation_xyzw' is no unit quaternion");
+    for (const double x : t) {
+      if (std::abs(x) > kFarthest) fail(fmt::format("'translation' is more than {} m", kFarthest));
+    }
     return SE3::of_unit(rotation, {t[0], t[1], t[2]});
   }
 
   [[nodiscard]] ViewInstance instance(const ordered_json& entry) const {
-    return {InstanceId{number_of(entry, "id")}, text(entry, "class"),
+    const std::uint64_t id = std::uint64_t{first_instance_} + number_of(entry, "id");
+    if (id >= InstanceId::kInvalid) fail("its instances have too large numbers");
+    return {InstanceId{static_cast<std::uint32_t>(id)}, text(entry, "class"),
             static_cast<float>(real(entry, "score"))};
   }
 
@@ -269,6 +282,7 @@ class FolderReader {
   }
 
   fs::path folder_, index_;
+  std::uint32_t first_instance_ = 0;
 };
 
 }  // namespace
@@ -287,8 +301,8 @@ void write_keyframe_folder(const fs::path& folder, const ViewStore& store, const
   writer.finish(camera);
 }
 
-KeptKeyframes read_keyframe_folder(const fs::path& folder, ViewStore& store, KeyframeId first) {
-  return FolderReader(folder).read_into(store, first);
+KeptKeyframes read_keyframe_folder(const fs::path& folder, ViewStore& store) {
+  return FolderReader(folder).read_into(store);
 }
 
 void clear_keyframe_folder(const fs::path& folder) {

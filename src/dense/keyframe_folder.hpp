@@ -39,11 +39,10 @@ void write_keyframe_folder(const std::filesystem::path& folder, const ViewStore&
                            const KeptKeyframes& kept, const Camera& camera);
 
 /// Adds the views of a folder to a store, pixel by pixel as they were written. Keyframes are numbered anew,
-/// from `first` on, in the order of the folder. The store is of the size of the folder's images. Throws
-/// UserError naming the file: missing, broken or of another size, a keyframes.json that is not as written;
-/// views read before that stay in the store.
-[[nodiscard]] KeptKeyframes read_keyframe_folder(const std::filesystem::path& folder, ViewStore& store,
-                                                 KeyframeId first = KeyframeId{0});
+/// in the order of the folder, behind those that the store holds; so are instances, if it holds any. The
+/// store is of the size of the folder's images. Throws UserError naming the file: missing, broken or of
+/// another size, a keyframes.json that is not as written; views read before that stay in the store.
+[[nodiscard]] KeptKeyframes read_keyframe_folder(const std::filesystem::path& folder, ViewStore& store);
 
 /// Takes away what write_keyframe_folder() wrote, if it did: other files stay.
 void clear_keyframe_folder(const std::filesystem::path& folder);

@@ -181,6 +181,14 @@ TEST(CloudPainter, NeedsTwoViewsForAName) {
   EXPECT_FALSE(with_label(painter_of(wall(), {named, unnamed, named}).cloud(), kChair).empty());
 }
 
+TEST(CloudPainter, TakesUnknownForNoName) {
+  View view;
+  view.add(7, "unknown", {60, 40, 40, 40});
+  const CloudPainter painter = painter_of(wall(), {view, view, view});
+  EXPECT_TRUE(painter.cloud().classes.empty());
+  EXPECT_TRUE(painter.objects().empty());
+}
+
 TEST(CloudPainter, WeighsMissesAgainstNames) {
   View named, missed;
   named.add(7, "chair", {60, 40, 40, 40}, 0.75F);

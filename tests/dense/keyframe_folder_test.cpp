@@ -80,9 +80,9 @@ TEST_F(KeyframeFolder, GivesBackWhatWasWritten) {
   EXPECT_EQ(camera.fx, camera_.fx);
   EXPECT_FALSE(camera.distorted());
   ViewStore back({camera.width, camera.height});
-  const KeptKeyframes kept = read_keyframe_folder(folder_, back, KeyframeId{5});
+  const KeptKeyframes kept = read_keyframe_folder(folder_, back);
   ASSERT_EQ(kept.size(), 2U);
-  for (const auto& [id, old] : {std::pair(KeyframeId{5}, KeyframeId{9}), {KeyframeId{6}, KeyframeId{2}}}) {
+  for (const auto& [id, old] : {std::pair(KeyframeId{0}, KeyframeId{9}), {KeyframeId{1}, KeyframeId{2}}}) {
     EXPECT_EQ(kept.at(id), kept_.at(old));
     EXPECT_EQ(back.timestamp(id), store_.timestamp(old));
     EXPECT_EQ(back.instances(id), store_.instances(old));
@@ -135,8 +135,24 @@ TEST_F(KeyframeFolder, HoldsKeyframesOfOneTimeSideBySide) {
   other.timestamp = store.timestamp(KeyframeId{1});
   store.add(KeyframeId{2}, other);
   write_keyframe_folder(folder_, store, {{KeyframeId{1}, {}}, {KeyframeId{2}, {}}}, camera_);
-  EXPECT_EQ(read_keyframe_folder(folder_, back, KeyframeId{1}).size(), 2U);
-  for (const KeyframeId id : store.ids()) EXPECT_TRUE(equal(back.depth(id), store.depth(id)));
+  EXPECT_EQ(read_keyframe_folder(folder_, back).size(), 2U);
+  EXPECT_TRUE(equal(back.depth(KeyframeId{0}), store.depth(KeyframeId{1})));
+  EXPECT_TRUE(equal(back.depth(KeyframeId{1}), store.depth(KeyframeId{2})));
+}
+
+TEST_F(KeyframeFolder, NumbersWhatASecondFolderHoldsBehindTheFirst) {
+  ViewStore back(kSize);
+  const KeptKeyframes first = read_keyframe_folder(folder_, back),
+                      second = read_keyframe_folder(folder_, back);
+  ASSERT_EQ(back.ids().size(), 4U);
+  EXPECT_EQ(second.begin()->first, KeyframeId{2});
+  for (const ViewInstance& a : back.instances(KeyframeId{0})) {
+    for (const ViewInstance& b : back.instances(KeyframeId{2})) EXPECT_NE(a.id, b.id);
+  }
+  // Who moved has the new numbers, too.
+  const InstanceId mover = back.instances(KeyframeId{2}).front().id;
+  EXPECT_EQ(second.at(KeyframeId{2}).moved, std::set<InstanceId>{mover});
+  EXPECT_EQ(first.at(KeyframeId{0}).moved, std::set<InstanceId>{first_instance()});
 }
 
 TEST_F(KeyframeFolder, TakesAwayWhatItWroteAndNothingElse) {
@@ -164,16 +180,28 @@ TEST_F(KeyframeFolder, SaysWhichFileIsMissingOrBroken) {
 }
 
 TEST_F(KeyframeFolder, SaysWhatIsWrongWithItsIndex) {
-  change_index([](auto& json) { json["keyframes"][1]["id"] = json["keyframes"][0]["id"]; });
-  EXPECT_THAT(refusal(), HasSubstr("keyframe 9 is given twice"));
-  change_index([](auto& json) { json["keyframes"][1]["id"] = -1; });
+  const auto with_instance_id = [&](auto value) {
+    change_index([&](auto& json) { json["keyframes"][1]["instances"][0]["id"] = value; });
+  };
+  with_instance_id(-1);
   EXPECT_THAT(refusal(), HasSubstr("'id' is no whole number"));
-  change_index([](auto& json) { json["keyframes"][1]["id"] = 4294967296; });
+  with_instance_id(4294967296);
   EXPECT_THAT(refusal(), HasSubstr("'id' is no whole number"));
-  change_index([](auto& json) { json["keyframes"][1]["id"] = 5, json["keyframes"][1]["timestamp"] = "now"; });
-  EXPECT_THAT(refusal(), HasSubstr("'timestamp' is no number"));
-  change_index([](auto& json) { json["keyframes"][1].erase("timestamp"); });
+  with_instance_id(5);
+  change_index([](auto& json) { json["keyframes"][1]["instances"][0]["moved"] = 1; });
+  EXPECT_THAT(refusal(), HasSubstr("'moved' is neither true nor false"));
+  change_index([](auto& json) { json["keyframes"][1]["T_c_reference"]["translation"] = {1, 2}; });
+  EXPECT_THAT(refusal(), HasSubstr("'translation' has not 3 numbers"));
+  change_index([](auto& json) {
+    json["keyframes"][1]["T_c_reference"] = {{"translation", {1, 2, 3}}, {"rotation_xyzw", {0, 0, 0, 2}}};
+  });
+  EXPECT_THAT(refusal(), HasSubstr("'rotation_xyzw' is no unit quaternion"));
+  change_index([](auto& json) { json["keyframes"][1]["reference_time"] = "now"; });
+  EXPECT_THAT(refusal(), HasSubstr("'reference_time' is no number"));
+  change_index([](auto& json) { json["keyframes"].erase(1); });
+  change_index([](auto& json) { json["keyframes"][0].erase("timestamp"); });
   EXPECT_THAT(refusal(), HasSubstr("a 'timestamp' is missing"));
+  change_index([](auto& json) { json["keyframes"][0]["timestamp"] = 1.0; });
   change_index([](auto& json) { json["keyframes"][0]["instances"].erase(1); });
   EXPECT_THAT(refusal(), HasSubstr("has the label 2"));
   change_index([](auto& json) { json["keyframes"][0]["color"] = "rgb/\n.jpg"; });
@@ -181,7 +209,7 @@ TEST_F(KeyframeFolder, SaysWhatIsWrongWithItsIndex) {
   change_index([](auto& json) { json["keyframes"] = 3; });
   EXPECT_THAT(refusal(), HasSubstr("'keyframes' is no list"));
   change_index([](auto& json) { json["keyframes"] = {{{"id", 1}}}; });
-  EXPECT_THAT(refusal(), HasSubstr("'timestamp' is missing"));
+  EXPECT_THAT(refusal(), HasSubstr("'reference_time' is missing"));
   change_index([](auto& json) { json["version"] = 2; });
   EXPECT_THAT(refusal(), HasSubstr("version"));
   temporary_.write("run/keyframes/keyframes.json", "{\"version\": 1");
