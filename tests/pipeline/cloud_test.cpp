@@ -100,7 +100,7 @@ std::unique_ptr<DenseMap> rebuilt(const DenseMap& dense, const Camera& camera, c
   }
   write_keyframe_folder(folder.path(), dense.views(), kept, camera);
   auto fresh = std::make_unique<DenseMap>(camera, options);
-  (void)fresh->add(folder.path(), KeyframeId{0});
+  (void)fresh->add(folder.path());
   (void)fresh->follow(situations);
   return fresh;
 }
