@@ -450,15 +450,6 @@ TEST(CliBenchCloud, MeasuresACloud) {
   EXPECT_GT(nlohmann::json::parse(near.out)["completeness"], 0.9) << near.err;
 }
 
-TEST(CliBenchCloud, ReadsAsManyFramesAsItIsTold) {
-  const MadeSequence sequence;
-  (void)output_of(sequence);
-  const Finished finished = ipl_slam_program(
-      {"bench", "cloud", sequence.path().string(), sequence.output().string(), "--max-frames", "4"});
-  EXPECT_EQ(finished.code, 0) << finished.err;
-  EXPECT_THAT(finished.out, HasSubstr("reading the truth 4/4 frames"));
-}
-
 TEST(CliBenchCloud, RefusesWhatCannotBeMeasured) {
   const MadeSequence sequence;
   (void)output_of(sequence);
