@@ -1,6 +1,5 @@
 #include "bench_cloud.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -76,12 +75,8 @@ CloudTruth read_truth(const BenchCloudOptions& options, const Camera& camera, Tu
   if (!options.seen.empty()) seen.emplace(options.seen, camera);
   CloudTruth truth(camera, options.max_depth, options.exact);
   std::optional<ProgressBar> bar;
-  const std::size_t most = options.sequence.max_frames;
-  const std::size_t total = most > 0 ? std::min(most, source.size()) : source.size();
-  if (says_remarks()) bar.emplace("reading the truth", total);
-  for (std::size_t i = 0; i < total; ++i) {
-    const std::optional<SourceItem> item = source.next();
-    if (!item) break;
+  if (says_remarks()) bar.emplace("reading the truth", source.size());
+  for (std::size_t i = 0; auto item = source.next(); ++i) {
     if (bar) bar->advance();
     if (!item->frame || i % static_cast<std::size_t>(options.every) != 0) continue;
     const std::optional<SE3> T_wc = poses.at(item->timestamp);

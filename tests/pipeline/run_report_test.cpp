@@ -13,8 +13,10 @@
 namespace ipl_slam {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::KeptFrames;
+using ::testing::Not;
 using testing::render_all;
 using testing::small_camera;
 using testing::small_room;
@@ -89,6 +91,54 @@ TEST(RunSummary, HoldsVersionSettingCameraMapAndTimes) {
   }
 }
 
+TEST(RunSummary, TellsWhatTheCloudHolds) {
+  TenFrames run;
+  EXPECT_TRUE(run.summary()["cloud"].is_null()) << "nothing was fused";
+  EXPECT_THAT(run_text(run.result, run.pipeline), Not(HasSubstr("cloud")));
+
+  const FusedRun fused{run.pipeline.fuse(), 1.25};
+  const nlohmann::ordered_json summary =
+      run_summary(run.result, {"room", "default", small_camera(), {}, 3}, run.pipeline, nullptr, &fused);
+  const nlohmann::ordered_json& cloud = summary["cloud"];
+  ASSERT_GT(fused.result.cloud.points.size(), 1000U);
+  EXPECT_EQ(cloud["points"], fused.result.cloud.points.size());
+  EXPECT_EQ(cloud["labelled"], 0) << "nobody told of classes";
+  EXPECT_EQ(cloud["objects"], 0);
+  EXPECT_EQ(cloud["keyframes"], summary["map"]["keyframes"]);
+  EXPECT_EQ(cloud["keyframes_of_other_parts"], 0);
+  EXPECT_EQ(cloud["keyframes_dropped"], 0);
+  EXPECT_EQ(cloud["rebuilds"], 0);
+  EXPECT_EQ(cloud["refused_blocks"], 0);
+  EXPECT_GT(cloud["volume_bytes"], 1 << 20);
+  EXPECT_GT(cloud["view_bytes"], 10000);
+  EXPECT_EQ(cloud["seconds"], 1.25);
+  EXPECT_THAT(run_text(run.result, run.pipeline, &fused),
+              AllOf(HasSubstr(fmt::format("cloud of {} points, 0 of them with a class, 0 objects; volume ",
+                                          fused.result.cloud.points.size())),
+                    HasSubstr(", 1.2 s\n"), Not(HasSubstr("cut short")), Not(HasSubstr("other parts"))));
+}
+
+TEST(RunSummary, CountsTheLabelledPointsOfTheCloud) {
+  TenFrames run;
+  FusedRun fused{run.pipeline.fuse(), 0.0};
+  for (std::size_t i = 0; i < 7; ++i) fused.result.cloud.points.at(i).label = 56;
+  fused.result.objects.resize(2);
+  const nlohmann::ordered_json cloud = run_summary(run.result, {}, run.pipeline, nullptr, &fused)["cloud"];
+  EXPECT_EQ(cloud["labelled"], 7);
+  EXPECT_EQ(cloud["objects"], 2);
+}
+
+TEST(RunSummary, SaysWhereTheCloudIsCutShort) {
+  Config config;
+  config.dense.volume.max_memory = 1;  // MiB, less than a user may set: the room takes 8
+  Pipeline pipeline(small_camera(), config);
+  KeptFrames source(render_all(small_room(10)));
+  const SequenceRun result = run_sequence(source, pipeline);
+  const FusedRun fused{pipeline.fuse(), 0.0};
+  EXPECT_GT(run_summary(result, {}, pipeline, nullptr, &fused)["cloud"]["refused_blocks"], 0);
+  EXPECT_THAT(run_text(result, pipeline, &fused), HasSubstr("cut short at dense.volume.max_memory"));
+}
+
 // The camera goes dark for longer than it takes to give up, and comes back to another room: the map is in two
 // parts, the second one of more frames.
 struct TwoRooms {
@@ -113,7 +163,7 @@ struct TwoRooms {
 };
 
 TEST(RunSummary, ListsThePartsOfTheMapTheLargestFirst) {
-  const TwoRooms run;
+  TwoRooms run;
   const std::size_t lost = run.result.count(TrackingState::kLost);
   ASSERT_EQ(run.result.count(TrackingState::kTracking) + lost, 16U);
   ASSERT_LE(lost, 2U) << "the dark frame, and none of the other room is known";
@@ -132,6 +182,15 @@ TEST(RunSummary, ListsThePartsOfTheMapTheLargestFirst) {
   EXPECT_EQ(run.pipeline.keyframe_parts().front().part, PartId{1});
   EXPECT_THAT(run_text(run.result, run.pipeline),
               HasSubstr("  6 frames are in part 0 of the map, which was not joined to the rest\n"));
+
+  const FusedRun fused{run.pipeline.fuse(), 0.0};
+  const nlohmann::ordered_json cloud =
+      run_summary(run.result, setting, run.pipeline, nullptr, &fused)["cloud"];
+  EXPECT_GT(cloud["keyframes"], 0);
+  EXPECT_GT(cloud["keyframes_of_other_parts"], 0);
+  EXPECT_EQ(cloud["keyframes"].get<std::size_t>() + cloud["keyframes_of_other_parts"].get<std::size_t>(),
+            run_summary(run.result, setting, run.pipeline, nullptr)["map"]["keyframes"]);
+  EXPECT_THAT(run_text(run.result, run.pipeline, &fused), HasSubstr("keyframes of other parts of the map"));
 
   setting.loaded_map = "old.map";
   setting.loaded_parts = 1;

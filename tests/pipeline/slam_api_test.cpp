@@ -10,6 +10,7 @@
 #include <ipl_slam/slam.hpp>
 
 #include "dataset/temporary_folder.hpp"
+#include "dense/written_files.hpp"
 #include "pipeline/pipeline.hpp"
 #include "support/rendered_sequence.hpp"
 
@@ -261,6 +262,65 @@ TEST(SlamApi, NamesWhatIsWrongWithAMap) {
   CameraParameters other = small_parameters();
   other.fx += 1.0;
   EXPECT_THROW(Slam(other, with_map(folder / "room.map")), UserError);
+}
+
+TEST(SlamApi, SavesACloudInTheFormatOfTheFilesName) {
+  const TemporaryFolder folder;
+  const std::vector<RgbdFrame> frames = render_all(small_room(12));
+  for (const char* mode : {"schedule.mode=lockstep", "schedule.mode=realtime"}) {
+    Slam slam(small_parameters(), options("default", "", mode));
+    for (const RgbdFrame& f : frames) (void)slam.process(color_view(f), depth_view(f), f.timestamp);
+    slam.save_cloud(folder / "cloud.ply");
+    const testing::WrittenPly ply = testing::parse_written_ply(testing::content_of(folder / "cloud.ply"));
+    const std::size_t points = ply.vertices.at("x").size();
+    EXPECT_GT(points, 10000U) << "a room at a point per cm";
+
+    slam.save_cloud(folder / "cloud.pcd");
+    const testing::WrittenPcd pcd = testing::parse_written_pcd(testing::content_of(folder / "cloud.pcd"));
+    EXPECT_EQ(pcd.head.at("POINTS"), std::to_string(points)) << mode;
+    slam.save_cloud(folder / "again.ply");
+    EXPECT_TRUE(testing::content_of(folder / "again.ply") == testing::content_of(folder / "cloud.ply"))
+        << mode;
+  }
+}
+
+TEST(SlamApi, ACloudGrowsAsFramesComeAfterItWasSaved) {
+  const TemporaryFolder folder;
+  const std::vector<RgbdFrame> frames = render_all(small_room(30, "xyz"));
+  Slam slam(small_parameters()), at_once(small_parameters());
+  std::size_t keyframes = 0;
+  for (const RgbdFrame& f : frames) {
+    (void)slam.process(color_view(f), depth_view(f), f.timestamp);
+    (void)at_once.process(color_view(f), depth_view(f), f.timestamp);
+    if (slam.keyframes().size() > keyframes) slam.save_cloud(folder / "cloud.ply");
+    keyframes = slam.keyframes().size();
+  }
+  ASSERT_GT(keyframes, 2U);
+  slam.save_cloud(folder / "cloud.ply");
+  at_once.save_cloud(folder / "at_once.ply");
+  EXPECT_TRUE(testing::content_of(folder / "cloud.ply") == testing::content_of(folder / "at_once.ply"))
+      << "that it was looked at before must not show";
+}
+
+TEST(SlamApi, NamesWhatHindersACloud) {
+  const TemporaryFolder folder;
+  const RgbdFrame frame = render_all(small_room(1))[0];
+  const auto file = folder / "cloud.ply";
+  Slam slam(small_parameters());
+  EXPECT_THROW(slam.save_cloud(file), UserError) << "there is no map yet";
+  EXPECT_FALSE(std::filesystem::exists(file));
+  (void)slam.process(color_view(frame), depth_view(frame), frame.timestamp);
+  EXPECT_THROW(slam.save_cloud("/dev/null/cloud.ply"), UserError);
+  EXPECT_THROW(slam.save_cloud(folder / "nowhere/cloud.pcd"), UserError);
+  slam.save_map(folder / "room.map");
+
+  Slam without(small_parameters(), options("default", "", "dense.enabled=false"));
+  (void)without.process(color_view(frame), depth_view(frame), frame.timestamp);
+  EXPECT_THROW(without.save_cloud(file), UserError);
+  Slam localizing(small_parameters(), with_map(folder / "room.map", true));
+  (void)localizing.process(color_view(frame), depth_view(frame), frame.timestamp);
+  EXPECT_THROW(localizing.save_cloud(file), UserError);
+  EXPECT_FALSE(std::filesystem::exists(file));
 }
 
 TEST(SlamApi, CanBeMoved) {
