@@ -46,17 +46,19 @@ cv::Mat moving_mask(MaskFolderSegmenter* segmenter, const RgbdFrame& frame) {
   return moving.to_image();
 }
 
+constexpr double kSameTime = 1e-4;  // s: rendered sequences have the same times to the microsecond
+
 // The frame of another recording of the same path at a time; frames must be asked for in order.
 class SameTime {
  public:
   SameTime(const fs::path& folder, const Camera& camera) : source_(folder, camera) {}
 
   [[nodiscard]] std::optional<RgbdFrame> at(double timestamp) {
-    while (!next_ || next_->timestamp < timestamp - kAssociationWindow) {
+    while (!next_ || next_->timestamp < timestamp - kSameTime) {
       next_ = source_.next();
       if (!next_) return std::nullopt;
     }
-    return next_->timestamp < timestamp + kAssociationWindow ? next_->frame : std::nullopt;
+    return next_->timestamp < timestamp + kSameTime ? next_->frame : std::nullopt;
   }
 
  private:

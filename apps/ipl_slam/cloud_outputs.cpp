@@ -20,7 +20,11 @@ namespace {
 // What the views of the volume saw through and what stands there, upright.
 OccupancyGrid occupancy_of(const DenseMap& dense, const SemanticCloud& cloud, const Trajectory& trajectory) {
   const DenseOptions& options = dense.options();
-  OccupancyGrid grid(options.occupancy, upright_frame(cloud, trajectory, options.upright).T_uw);
+  const Upright upright = upright_frame(cloud, trajectory, options.upright);
+  if (!upright.floor_was_found) {
+    log().warn("no floor was found in the cloud: heights in the floor plan count from its lowest points");
+  }
+  OccupancyGrid grid(options.occupancy, upright.T_uw);
   grid.add_points(cloud.points);
   for (const KeyframeId id : dense.views().ids()) {
     const ViewSituation* situation = dense.in_volume(id);
@@ -43,8 +47,12 @@ void CloudOutputs::add_to(CLI::App& verb) {
   verb.add_flag("--octomap", octomap, "Write free and occupied cells as an OctoMap: map.bt");
 }
 
-std::vector<std::string> CloudOutputs::all_names() {
-  return {"cloud.ply", "objects.json", "cloud.pcd", "mesh.ply", "map.pgm", "map.yaml", "map.bt"};
+void CloudOutputs::clear(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const char* name :
+       {"cloud.ply", "objects.json", "cloud.pcd", "mesh.ply", "map.pgm", "map.yaml", "map.bt"}) {
+    std::filesystem::remove(folder / name, ignored);
+  }
 }
 
 void CloudOutputs::check() const {

@@ -25,8 +25,8 @@ struct CloudOutputs {
   /// world; tells where up is. Throws UserError.
   std::vector<std::string> write(const std::filesystem::path& folder, const DenseMap::Result& fused,
                                  const DenseMap& dense, const Trajectory& trajectory) const;
-  /// Every name that write() may use.
-  [[nodiscard]] static std::vector<std::string> all_names();
+  /// Takes away whatever an earlier write() left.
+  static void clear(const std::filesystem::path& folder);
 };
 
 }  // namespace ipl_slam::cli

@@ -115,9 +115,23 @@ std::unique_ptr<KeyframeCloud> fuse(const ExportArguments& arguments, const Save
   dense.follow(situations, 0.0, situations.size(), progress);
   cloud->fused = dense.cloud(progress);
   if (dense.volume().refused() > 0) {
-    log().warn("the cloud is cut short at dense.volume.max_memory: raise that, or dense.volume.voxel");
+    log().warn(
+        "the cloud is cut short at dense.volume.max_memory: raise that, or dense.volume.voxel and "
+        "truncation");
   }
   return cloud;
+}
+
+// What is given twice would count twice.
+void check_distinct(const std::vector<std::string>& folders) {
+  std::error_code error;
+  for (std::size_t i = 0; i < folders.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (fs::equivalent(folders[i], folders[k], error)) {
+        throw UserError(fmt::format("--keyframes '{}' is given twice", folders[i]));
+      }
+    }
+  }
 }
 
 void export_map(const ExportArguments& arguments) {
@@ -126,6 +140,7 @@ void export_map(const ExportArguments& arguments) {
         "clouds, meshes and occupancy are made of the keyframes' images: give --keyframes FOLDER");
   }
   arguments.cloud.check();
+  check_distinct(arguments.keyframes);
   const Config config = arguments.settings.load_config();
   const SavedMap saved = load_map(arguments.file);
   const Map& map = saved.map;
@@ -135,6 +150,7 @@ void export_map(const ExportArguments& arguments) {
   const auto cloud = arguments.keyframes.empty() ? nullptr : fuse(arguments, saved, main.part, config.dense);
   const fs::path folder = arguments.output;
   make_folder(folder);
+  CloudOutputs::clear(folder);
   write_trajectory(folder / "keyframes.txt", keyframes);
   write_file_atomically(folder / "points.ply", points_ply(map));
   write_file_atomically(folder / "lines.ply", lines_ply(map));

@@ -1,3 +1,4 @@
+#include <exception>
 #include <memory>
 #include <optional>
 
@@ -71,7 +72,7 @@ class OutputFolder {
     std::error_code ignored;
     for (const char* name : {"summary.json", "trajectory.png", "instances.jsonl"})
       fs::remove(folder_ / name, ignored);
-    for (const std::string& name : CloudOutputs::all_names()) fs::remove(folder_ / name, ignored);
+    CloudOutputs::clear(folder_);
     FrameFolder::clear(folder_ / "overlays");
     clear_keyframe_folder(folder_ / "keyframes");
   }
@@ -148,10 +149,14 @@ std::optional<FusedRun> fuse(Pipeline& pipeline) {
   if (pipeline.dense() == nullptr) return std::nullopt;
   const Stopwatch stopwatch;
   std::optional<ProgressBar> bar;
-  if (says_remarks()) bar.emplace("fusing", 3 * pipeline.dense()->dense().views().ids().size(), "steps");
+  const std::size_t most = 3 * pipeline.dense()->dense().views().ids().size();
+  if (says_remarks()) bar.emplace("fusing", most, "steps");
+  std::size_t steps = 0;
   DenseMap::Result fused = pipeline.fuse([&] {
-    if (bar) bar->advance();
+    if (bar && steps++ < most) bar->advance();
   });
+  // Fewer where views are in the volume already, or of another part.
+  if (bar && steps < most) bar->advance(most - steps);
   return FusedRun{std::move(fused), stopwatch.milliseconds() / 1000.0};
 }
 
@@ -170,13 +175,6 @@ void write_cloud(const OutputFolder& output, const RunOptions& options, const Pi
 void write_results(const OutputFolder& output, const RunOptions& options, const SequenceRun& result,
                    const RunSetting& setting, const std::optional<Trajectory>& truth, Pipeline& pipeline,
                    FrameFolder* overlays) {
-  std::optional<FusedRun> fused;
-  std::optional<UserError> no_cloud;
-  try {
-    fused = fuse(pipeline);
-  } catch (const UserError& error) {
-    no_cloud = error;  // what was tracked is not to be lost for it
-  }
   const std::vector<TrajectoryPart> parts = pipeline.trajectory_parts();
   const Trajectory& trajectory = parts.front().poses;
   const std::optional<Evaluation> evaluation = evaluate_run(truth, trajectory);
@@ -197,14 +195,22 @@ void write_results(const OutputFolder& output, const RunOptions& options, const 
     write_file_atomically(output / "lines.ply", lines_ply(map));
     write_image_atomically(output / "map.png", draw_map_view(map, parts.front()));
   });
-  if (fused) write_cloud(output, options, pipeline, *fused);
+  // Last: what was tracked is not to be lost for it.
+  std::optional<FusedRun> fused;
+  std::exception_ptr no_cloud;
+  try {
+    fused = fuse(pipeline);
+    if (fused) write_cloud(output, options, pipeline, *fused);
+  } catch (const std::exception&) {
+    no_cloud = std::current_exception();
+  }
   write_file_atomically(output / "summary.json",
                         json_text(run_summary(result, setting, pipeline, evaluation ? &*evaluation : nullptr,
                                               fused ? &*fused : nullptr)));
   fmt::print("{}", run_text(result, pipeline, fused ? &*fused : nullptr));
   if (evaluation) fmt::print("{}", evaluation_table({*evaluation}));
   fmt::print("results in {}\n", output.path().string());
-  if (no_cloud) throw UserError(*no_cloud);
+  if (no_cloud) std::rethrow_exception(no_cloud);
 }
 
 // The map may be wanted inside the output folder, so that has to be there.

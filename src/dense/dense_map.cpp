@@ -1,7 +1,13 @@
 #include "dense/dense_map.hpp"
 
 #include <algorithm>
+#include <utility>
 
+#include <fmt/format.h>
+
+#include <ipl_slam/error.hpp>
+
+#include "dataset/camera_config.hpp"
 #include "dense/marching_cubes.hpp"
 
 namespace ipl_slam {
@@ -34,6 +40,24 @@ DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
 void DenseMap::add(KeyframeId id, double timestamp, const cv::Mat& color, const cv::Mat& depth,
                    const std::vector<TrackedInstance>& instances) {
   views_.add(id, maker_.make(timestamp, color, depth, instances));
+}
+
+KeptKeyframes DenseMap::add(const std::filesystem::path& folder) {
+  KeptKeyframes kept = read_keyframe_folder(folder, views_);
+  const std::filesystem::path file = folder / "camera.yaml";
+  const Camera camera = load_camera(file.string());
+  for (const auto& [name, value] : {std::pair("fx", &Camera::fx),
+                                    {"fy", &Camera::fy},
+                                    {"cx", &Camera::cx},
+                                    {"cy", &Camera::cy},
+                                    {"depth_scale", &Camera::depth_scale}}) {
+    if (camera.*value == camera_.*value) continue;
+    throw UserError(
+        fmt::format("'{}' is another camera than the map's: {} is {} against {}; give the folder of "
+                    "keyframes that was written with this map",
+                    file.string(), name, camera.*value, camera_.*value));
+  }
+  return kept;
 }
 
 const ViewSituation* DenseMap::in_volume(KeyframeId id) const {

@@ -85,10 +85,9 @@ class DenseMap {
   /// Keeps the view of a keyframe; images as they come from the camera. It enters the volume with follow().
   void add(KeyframeId id, double timestamp, const cv::Mat& color, const cv::Mat& depth,
            const std::vector<TrackedInstance>& instances);
-  /// Keeps the views of a folder, as read_keyframe_folder().
-  [[nodiscard]] KeptKeyframes add(const std::filesystem::path& folder) {
-    return read_keyframe_folder(folder, views_);
-  }
+  /// Keeps the views of a folder, as read_keyframe_folder(). Throws UserError, besides, where they were taken
+  /// by another camera.
+  [[nodiscard]] KeptKeyframes add(const std::filesystem::path& folder);
 
   /// Brings the volume to `wanted`: views that are not in it are taken in, those whose surfaces moved by more
   /// than `tolerance` (m, 2 m before the camera) or in which other people moved are taken in anew, those that

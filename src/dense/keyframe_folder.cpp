@@ -63,6 +63,7 @@ class FolderWriter {
     keyframes_.push_back(
         {{"timestamp", timestamp},
          {"reference_time", kept.reference_time},
+         {"reference_fingerprint", kept.reference_fingerprint},
          {"T_c_reference",
           {{"translation", {t.x(), t.y(), t.z()}}, {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}}},
          {"color", color},
@@ -164,7 +165,10 @@ class FolderReader {
   }
 
   KeptKeyframe add(const ordered_json& keyframe, ViewStore& store, KeyframeId id) const {
-    KeptKeyframe kept{real(keyframe, "reference_time"), pose(field(keyframe, "T_c_reference")), {}};
+    KeptKeyframe kept{real(keyframe, "reference_time"),
+                      text(keyframe, "reference_fingerprint"),
+                      pose(field(keyframe, "T_c_reference")),
+                      {}};
     DenseView view;
     view.timestamp = real(keyframe, "timestamp");
     for (const ordered_json& entry : list(keyframe, "instances")) {
@@ -199,8 +203,9 @@ class FolderReader {
   [[nodiscard]] ViewInstance instance(const ordered_json& entry) const {
     const std::uint64_t id = std::uint64_t{first_instance_} + number_of(entry, "id");
     if (id >= InstanceId::kInvalid) fail("its instances have too large numbers");
-    return {InstanceId{static_cast<std::uint32_t>(id)}, text(entry, "class"),
-            static_cast<float>(real(entry, "score"))};
+    const double score = real(entry, "score");
+    if (score < 0.0 || score > 1.0) fail("a 'score' is not between 0 and 1");
+    return {InstanceId{static_cast<std::uint32_t>(id)}, text(entry, "class"), static_cast<float>(score)};
   }
 
   static cv::Mat image(const fs::path& file, int type, cv::Size size) {
@@ -290,8 +295,8 @@ class FolderReader {
 void write_keyframe_folder(const fs::path& folder, const ViewStore& store, const KeptKeyframes& kept,
                            const Camera& camera) {
   for (const char* name : {"rgb", "depth", "masks"}) make_folder(folder / name);
-  std::error_code ignored;  // where it cannot be removed it cannot be written either, which is reported
-  fs::remove(folder / kIndex, ignored);
+  // What tells clear_keyframe_folder() that the folder is one of ours, and readers that it is not whole.
+  write_file_atomically(folder / kIndex, fmt::format("{{\"version\": {}}}\n", kVersion));
   std::vector<KeyframeId> ids;
   for (const auto& [id, keyframe] : kept) ids.push_back(id);
   std::stable_sort(ids.begin(), ids.end(),

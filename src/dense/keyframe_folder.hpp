@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <string>
 
 #include "common/ids.hpp"
 #include "dense/view_store.hpp"
@@ -13,14 +14,16 @@ namespace ipl_slam {
 
 /// A keyframe whose view is kept in a folder, beside that view.
 struct KeptKeyframe {
-  /// Time of the keyframe of the map that its pose hangs on, s: its own while it is in the map.
+  /// The keyframe of the map that its pose hangs on, by what tells it from all others: its time (s) and the
+  /// fingerprint of its descriptors. Itself while it is in the map.
   double reference_time = 0.0;
+  std::string reference_fingerprint;
   SE3 T_c_reference;
   std::set<InstanceId> moved;  ///< who is to be left out of it because they moved
 
   friend bool operator==(const KeptKeyframe& a, const KeptKeyframe& b) {
-    return a.reference_time == b.reference_time && a.moved == b.moved &&
-           a.T_c_reference.translation() == b.T_c_reference.translation() &&
+    return a.reference_time == b.reference_time && a.reference_fingerprint == b.reference_fingerprint &&
+           a.moved == b.moved && a.T_c_reference.translation() == b.T_c_reference.translation() &&
            a.T_c_reference.rotation().coeffs() == b.T_c_reference.rotation().coeffs();
   }
 };
@@ -33,8 +36,8 @@ using KeptKeyframes = std::map<KeyframeId, KeptKeyframe>;
 ///   rgb/, depth/, masks/    images named by their timestamps; beside a mask what its labels mean
 ///   rgb.txt, depth.txt, masks.txt
 /// It is a sequence in TUM layout itself (TumDataset), with its masks (MaskFolderSegmenter). Folders that are
-/// not there are made; files of the same names are replaced, others stay. keyframes.json is removed first and
-/// written last, so where it is the folder is whole. Throws UserError where something cannot be written.
+/// not there are made; files of the same names are replaced, others stay. Until the folder is whole its
+/// keyframes.json lists none and is refused. Throws UserError where something cannot be written.
 void write_keyframe_folder(const std::filesystem::path& folder, const ViewStore& store,
                            const KeptKeyframes& kept, const Camera& camera);
 

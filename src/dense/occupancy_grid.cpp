@@ -79,8 +79,8 @@ void OccupancyGrid::add_rays(const RangeImage& view, const Camera& camera, const
       const float surface = view.depth.at<float>(v, u);
       const Eigen::Vector3d ray = camera.unproject({u, v}, 1.0);
       const double length = ray.norm();  // per metre of depth
-      // The surface itself may lie as far before its measured depth as noise goes: a cell.
-      const double clear = surface > 0.0F ? surface - options_.cell / length : view.reach.at<float>(v, u);
+      // What was measured may lie as far before its depth as noise goes: a cell.
+      const double clear = (surface > 0.0F ? surface : view.reach.at<float>(v, u)) - options_.cell / length;
       const double depth = std::min(clear, options_.max_range / length);
       if (depth > 0.0) see_through(eye, T_gc * (depth * ray));
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
@@ -75,17 +76,24 @@ cv::Mat find_edges(const cv::Mat& depth, const Neighbourhood& around, double edg
   return edges;
 }
 
-// CV_32FC1, one value per cell: mean inverse depth in 1/m; 0 for cells with an edge or too little depth.
-cv::Mat mean_inverse_depth(const cv::Mat& depth, const cv::Mat& edges, double depth_scale) {
+// What was measured in each cell.
+struct CellMeans {
+  cv::Mat inverse_depth;  // CV_32FC1, mean in 1/m; 0 for cells with an edge or too little depth
+  cv::Mat u, v;           // CV_32FC1, mean of the pixels with depth
+};
+
+CellMeans cell_means(const cv::Mat& depth, const cv::Mat& edges, double depth_scale) {
   const int columns = cells_along(depth.cols), rows = cells_along(depth.rows);
-  cv::Mat cells(rows, columns, CV_32FC1);
+  CellMeans means{cv::Mat(rows, columns, CV_32FC1), cv::Mat(rows, columns, CV_32FC1),
+                  cv::Mat(rows, columns, CV_32FC1)};
   const auto scale = static_cast<float>(depth_scale);
   const auto width = static_cast<std::size_t>(columns * kCell);
   const auto measured_columns = static_cast<std::size_t>(depth.cols);
-  std::vector<float> sum(width), count(width);
+  std::vector<float> sum(width), count(width), sum_v(width), edge_count(width);
   for (int row = 0; row < rows; ++row) {
     std::fill(sum.begin(), sum.end(), 0.0F);
-    std::fill(count.begin(), count.end(), 0.0F);
+    for (std::vector<float>* list : {&count, &sum_v, &edge_count})
+      std::fill(list->begin(), list->end(), 0.0F);
     for (int v = row * kCell; v < std::min((row + 1) * kCell, depth.rows); ++v) {
       const auto* d = depth.ptr<std::uint16_t>(v);
       const auto* is_edge = edges.ptr<std::uint8_t>(v);
@@ -93,21 +101,26 @@ cv::Mat mean_inverse_depth(const cv::Mat& depth, const cv::Mat& edges, double de
         const auto raw = static_cast<float>(d[u]);
         const float measured = raw > 0.0F ? 1.0F : 0.0F;
         sum[u] += measured * (scale / (raw + 1.0F - measured));
-        // One edge outweighs all the pixels of a cell.
-        count[u] += measured - static_cast<float>(kCell * kCell * is_edge[u]);
+        count[u] += measured;
+        sum_v[u] += measured * static_cast<float>(v);
+        edge_count[u] += static_cast<float>(is_edge[u]);
       }
     }
-    auto* to = cells.ptr<float>(row);
+    auto* to = means.inverse_depth.ptr<float>(row);
     for (int column = 0; column < columns; ++column) {
-      float total = 0.0F, pixels = 0.0F;
+      float total = 0.0F, pixels = 0.0F, u_total = 0.0F, v_total = 0.0F, edge_pixels = 0.0F;
       for (int u = column * kCell; u < (column + 1) * kCell; ++u) {
-        total += sum[static_cast<std::size_t>(u)];
-        pixels += count[static_cast<std::size_t>(u)];
+        const auto i = static_cast<std::size_t>(u);
+        total += sum[i], pixels += count[i], edge_pixels += edge_count[i];
+        u_total += count[i] * static_cast<float>(u), v_total += sum_v[i];
       }
-      to[column] = pixels >= static_cast<float>(kLeastFill * kCell * kCell) ? total / pixels : 0.0F;
+      const bool known = edge_pixels == 0.0F && pixels >= static_cast<float>(kLeastFill * kCell * kCell);
+      to[column] = known ? total / pixels : 0.0F;
+      means.u.at<float>(row, column) = known ? u_total / pixels : 0.0F;
+      means.v.at<float>(row, column) = known ? v_total / pixels : 0.0F;
     }
   }
-  return cells;
+  return means;
 }
 
 // How many cells one can go from `at` (a cell with depth; `stride` leads to the next) without leaving the
@@ -118,12 +131,13 @@ int span(const float* at, std::ptrdiff_t stride, int room) {
   return n;
 }
 
-// Growth per cell. What is too thin to tell counts as facing the camera.
-float slope(const float* at, std::ptrdiff_t stride, int room_before, int room_behind) {
+// Growth per cell; nothing where the surface is too thin to tell.
+std::optional<float> slope(const float* at, std::ptrdiff_t stride, int room_before, int room_behind) {
   const int before = span(at, -stride, room_before), behind = span(at, stride, room_behind);
   const float rise_before = *at - at[-before * stride], rise_behind = at[behind * stride] - *at;
+  if (before == 0 && behind == 0) return std::nullopt;
   if (before == 0 || behind == 0) {
-    return (rise_before + rise_behind) / static_cast<float>(std::max(before + behind, 1));
+    return (rise_before + rise_behind) / static_cast<float>(before + behind);
   }
   const float a = rise_before / static_cast<float>(before), b = rise_behind / static_cast<float>(behind);
   if (std::abs(a - b) > kBend * *at) return std::abs(a) < std::abs(b) ? a : b;
@@ -135,11 +149,13 @@ struct Plane {
   float distance;    // of the camera from the tangent plane, m; 0 = not known
   float at_00;       // inverse depth in the image's pixel (0, 0), if it went on so far, 1/m
   float by_u, by_v;  // growth of inverse depth per pixel, 1/m
+  bool slopes_are_known;
 };
 
 // One Plane per cell. Inverse depth is linear over the image of a plane: with n . p = D and p = z m, 1/z =
 // (n / D) . m. Its derivatives by x and y are thus n_x / D and n_y / D, and |n| = 1 gives D.
-std::vector<Plane> cell_planes(const cv::Mat& inverse_depth, const Camera& camera) {
+std::vector<Plane> cell_planes(const CellMeans& means, const Camera& camera) {
+  const cv::Mat& inverse_depth = means.inverse_depth;
   std::vector<Plane> planes(inverse_depth.total(), Plane{});
   const auto down = static_cast<std::ptrdiff_t>(inverse_depth.step1());
   const auto per_x = static_cast<float>(camera.fx / kCell), per_y = static_cast<float>(camera.fy / kCell);
@@ -152,13 +168,15 @@ std::vector<Plane> cell_planes(const cv::Mat& inverse_depth, const Camera& camer
       const float* at = from + column;
       if (*at == 0.0F) continue;
       const auto x = static_cast<float>(((column + 0.5) * kCell - 0.5 - camera.cx) / camera.fx);
-      const float along = slope(at, 1, column, columns - 1 - column);
-      const float across = slope(at, down, row, rows - 1 - row);
+      const std::optional<float> along_row = slope(at, 1, column, columns - 1 - column);
+      const std::optional<float> down_column = slope(at, down, row, rows - 1 - row);
+      // What is too thin to tell counts as facing the camera.
+      const float along = along_row.value_or(0.0F), across = down_column.value_or(0.0F);
       const float nx = along * per_x, ny = across * per_y, nz = *at - x * nx - y * ny;
-      const auto u = static_cast<float>((column + 0.5) * kCell - 0.5),
-                 v = static_cast<float>((row + 0.5) * kCell - 0.5);
       const float by_u = along / kCell, by_v = across / kCell;
-      to[column] = {1.0F / std::sqrt(nx * nx + ny * ny + nz * nz), *at - by_u * u - by_v * v, by_u, by_v};
+      const float at_00 = *at - by_u * means.u.at<float>(row, column) - by_v * means.v.at<float>(row, column);
+      to[column] = {1.0F / std::sqrt(nx * nx + ny * ny + nz * nz), at_00, by_u, by_v,
+                    along_row && down_column};
     }
   }
   return planes;
@@ -190,7 +208,7 @@ struct Smoother {
 
   [[nodiscard]] float operator()(float metres, const Plane& plane, float u, float v) const {
     const float inverse = plane.at_00 + plane.by_u * u + plane.by_v * v;
-    if (plane.distance == 0.0F || inverse <= 0.0F) return metres;
+    if (!plane.slopes_are_known || inverse <= 0.0F) return metres;
     const float noise = sigma * metres * metres, difference = 1.0F / inverse - metres;
     if (std::abs(difference) > kNoiseLimit * noise) return metres;
     const float noise2 = noise * noise;
@@ -225,8 +243,9 @@ RangeImage make_range_image(const cv::Mat& depth, const cv::Mat& left_out, const
   CV_Assert(left_out.empty() || (left_out.type() == CV_8UC1 && left_out.size() == depth.size()));
   const Neighbourhood around = look_around(depth);
   const cv::Mat edges = find_edges(depth, around, options.edge);
-  const cv::Mat inverse_depth = mean_inverse_depth(depth, edges, camera.depth_scale);
-  const std::vector<Plane> planes = cell_planes(inverse_depth, camera);
+  const CellMeans means = cell_means(depth, edges, camera.depth_scale);
+  const cv::Mat& inverse_depth = means.inverse_depth;
+  const std::vector<Plane> planes = cell_planes(means, camera);
   const Smoother smoothed{static_cast<float>(options.depth_sigma),
                           static_cast<float>(std::max(options.detail * options.detail, 1e-12))};
 

@@ -6,7 +6,7 @@ namespace ipl_slam {
 
 /// What of a volume is taken for a surface.
 struct SurfaceOptions {
-  double min_weight = 3.0;    ///< of the views that measured a voxel; a view weighs 1 (far) to 16 (near)
+  double min_weight = 1.0;    ///< of the views that measured a voxel; a view weighs 1 (far) to 16 (near)
   double carve = 0.5;         ///< a voxel is empty if views that look through it weigh more than this share
   double min_gradient = 0.4;  ///< of the signed distance, which is 1 by a single surface; at most its inverse
   int min_component = 40;     ///< connected points

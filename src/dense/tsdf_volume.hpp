@@ -69,8 +69,7 @@ class TsdfVolume {
   [[nodiscard]] bool is_up_to_date(Moment since) const { return since == clock_; }
 
   [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
-  [[nodiscard]] const VolumeOptions& options() const { return options_; }
-  /// Blocks that options().max_memory left no room for, counted once per view.
+  /// Blocks that max_memory left no room for, counted once per view.
   [[nodiscard]] std::size_t refused() const { return refused_; }
 
  private:

@@ -17,6 +17,8 @@ constexpr double kBlockShare = 0.5;
 constexpr int kMaxStride = 8;
 // The band about surfaces that are seen flatter than this is followed no further: 0.8 m to either side.
 constexpr float kLeastIncidence = 0.05F;
+// Pixels: outside of any picture, and still an int.
+constexpr double kFarAside = 1e6;
 // A surface's noise stays below this many standard deviations.
 constexpr double kNoiseLimit = 3.0;
 
@@ -40,10 +42,12 @@ BlockCoord block_at(const Eigen::Vector3d& place_in_blocks) {
 // What a column or row of pixels at most sees of a box from `low` to `high` (m, across the optical axis) at
 // depths from `near` to `far`.
 int first_pixel(double low, double near, double far, double f, double c) {
-  return static_cast<int>(std::floor(f * low / (low < 0.0 ? near : far) + c));
+  return static_cast<int>(
+      std::floor(std::clamp(f * low / (low < 0.0 ? near : far) + c, -kFarAside, kFarAside)));
 }
 int last_pixel(double high, double near, double far, double f, double c) {
-  return static_cast<int>(std::ceil(f * high / (high > 0.0 ? near : far) + c));
+  return static_cast<int>(
+      std::ceil(std::clamp(f * high / (high > 0.0 ? near : far) + c, -kFarAside, kFarAside)));
 }
 
 }  // namespace

@@ -54,6 +54,13 @@ void check(const Config& config) {
                     "the other",
                     config.loops.confirmations, config.loops.witnesses));
   }
+  const VolumeOptions& volume = config.dense.volume;
+  if (volume.truncation < 2.0 * volume.voxel) {
+    throw UserError(fmt::format(
+        "dense.volume.truncation ({} m) is less than two voxels (dense.volume.voxel = {} m): surfaces "
+        "would have holes; 4 voxels are usual",
+        volume.truncation, volume.voxel));
+  }
   const RegionBeliefOptions& belief = config.dynamics.belief;
   if (belief.moved_on_still >= belief.moved_on_mover) {
     throw UserError(

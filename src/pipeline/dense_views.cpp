@@ -1,7 +1,10 @@
 #include "pipeline/dense_views.hpp"
 
 #include <algorithm>
+#include <string>
 #include <utility>
+
+#include "common/fingerprint.hpp"
 
 namespace ipl_slam {
 
@@ -15,15 +18,27 @@ SE3 pose_of(const Map& map, const ViewAnchor& anchor) {
   return anchor.T_c_reference * map.keyframes()[anchor.reference].T_cw;
 }
 
+namespace {
+
+// Recordings of one map may have been taken at the same times.
+std::string fingerprint_of(const Frame& frame) {
+  const std::vector<Descriptor>& descriptors = frame.features.descriptors;
+  return fingerprint(
+      {reinterpret_cast<const char*>(descriptors.data()), descriptors.size() * sizeof(Descriptor)});
+}
+
+}  // namespace
+
 std::map<KeyframeId, ViewSituation> situations_of(const KeptKeyframes& kept, const Map& map, PartId part) {
-  std::map<double, KeyframeId> by_time;
+  std::map<std::pair<double, std::string>, KeyframeId> known;
   map.keyframes().for_each([&](KeyframeId id, const Keyframe& keyframe) {
-    if (keyframe.part == part) by_time.emplace(keyframe.frame->timestamp, id);
+    const Frame& frame = *keyframe.frame;
+    if (keyframe.part == part) known.emplace(std::pair(frame.timestamp, fingerprint_of(frame)), id);
   });
   std::map<KeyframeId, ViewSituation> situations;
   for (const auto& [id, keyframe] : kept) {
-    const auto reference = by_time.find(keyframe.reference_time);
-    if (reference == by_time.end()) continue;
+    const auto reference = known.find({keyframe.reference_time, keyframe.reference_fingerprint});
+    if (reference == known.end()) continue;
     situations.emplace(
         id, ViewSituation{pose_of(map, {reference->second, keyframe.T_c_reference}), keyframe.moved});
   }
@@ -65,7 +80,8 @@ KeptKeyframes DenseViews::kept(const Map& map, const DynamicSpans* spans) const 
   for (const auto& [id, view] : views_) {
     if (id.value >= map.keyframes().ids_used()) continue;
     const ViewAnchor anchor = anchor_of(map, id);
-    kept.emplace(id, KeptKeyframe{map.keyframes()[anchor.reference].frame->timestamp, anchor.T_c_reference,
+    const Frame& reference = *map.keyframes()[anchor.reference].frame;
+    kept.emplace(id, KeptKeyframe{reference.timestamp, fingerprint_of(reference), anchor.T_c_reference,
                                   moved_in(id, spans)});
   }
   return kept;

@@ -201,7 +201,8 @@ std::string cloud_text(const DenseSchedule& schedule, const FusedRun& fused) {
     text += fmt::format("  {} keyframes are not in it: the machine was too slow\n", schedule.dropped());
   }
   if (dense.volume().refused() > 0) {
-    text += "  it is cut short at dense.volume.max_memory: raise that, or dense.volume.voxel\n";
+    text +=
+        "  it is cut short at dense.volume.max_memory: raise that, or dense.volume.voxel and truncation\n";
   }
   return text;
 }

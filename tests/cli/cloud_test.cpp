@@ -278,6 +278,13 @@ TEST(CliCloud, ExportOfKeyframesThatDoNotFitWritesNothing) {
       {spoilt("no json", with_index("{")), {"no json/keyframes.json", "no JSON"}},
       {spoilt("no list", with_index(R"({"version": 1})")), {"no list/keyframes.json", "'keyframes'"}},
       {spoilt("future", with_index(R"({"version": 2})")), {"future/keyframes.json", "version"}},
+      {spoilt("of another camera",
+              [](const fs::path& folder) {
+                std::string text = content_of(folder / "camera.yaml");
+                text.replace(text.find("fx: "), 4, "fx: 1");
+                std::ofstream(folder / "camera.yaml") << text;
+              }),
+       {"of another camera/camera.yaml", "fx is 1"}},
       {spoilt("no depth", [](const fs::path& folder) { fs::remove_all(folder / "depth"); }),
        {"no depth/depth/0.000000.png"}},
       {spoilt("cut", [](const fs::path& folder) { fs::resize_file(folder / "rgb/0.000000.jpg", 500); }),
@@ -296,10 +303,35 @@ TEST(CliCloud, ExportRefusesWhatItCannotDoBeforeItWritesAnything) {
   expect_refused(saved.export_to("out", {"--keyframes", saved.keyframes, "--set", "dense.volume.voxl=0.02"}),
                  {"dense.volume.voxl", "dense.volume.voxel"});
   expect_refused(saved.export_to("out", {"--set", "dense.volume.voxl=0.02"}), {"dense.volume.voxel"});
+  expect_refused(saved.export_to("out", {"--keyframes", saved.keyframes, "--keyframes", saved.keyframes}),
+                 {saved.keyframes, "given twice"});
+  expect_refused(saved.export_to("out", {"--keyframes", saved.keyframes, "--set", "dense.volume.voxel=0.05"}),
+                 {"dense.volume.truncation", "dense.volume.voxel"});
   if (!has_octomap()) {
     expect_refused(saved.export_to("out", {"--keyframes", saved.keyframes, "--octomap"}), {"liboctomap"});
   }
   EXPECT_FALSE(fs::exists(saved.sequence.beside("out")));
+}
+
+TEST(CliCloud, ExportTakesAwayWhatAnEarlierOneLeft) {
+  const SavedRun saved;
+  EXPECT_EQ(saved.export_to("out", {"--keyframes", saved.keyframes, "--pcd"}).code, 0);
+  EXPECT_TRUE(fs::exists(saved.sequence.beside("out") / "cloud.pcd"));
+  EXPECT_EQ(saved.export_to("out", {}).code, 0);
+  for (const char* name : {"cloud.ply", "cloud.pcd", "objects.json"}) {
+    EXPECT_FALSE(fs::exists(saved.sequence.beside("out") / name)) << name;
+  }
+}
+
+TEST(CliCloud, ThatCannotBeWrittenCostsNothingElse) {
+  const MadeSequence sequence;
+  fs::create_directories(sequence.output() / "cloud.ply/in the way");
+  const Finished finished = run(sequence);
+  EXPECT_EQ(finished.code, 2);
+  EXPECT_THAT(finished.err, HasSubstr("cloud.ply"));
+  for (const char* name : {"trajectory.txt", "summary.json", "lines.ply"}) {
+    EXPECT_TRUE(fs::exists(sequence.output() / name)) << name;
+  }
 }
 
 TEST(CliCloud, ExportTakesSettings) {

@@ -41,9 +41,14 @@ class KeyframeFolder : public ::testing::Test {
     store_.add(KeyframeId{2}, made_view(kSize, 1));
     store_.add(KeyframeId{9}, made_view(kSize, 0));
     // In the order of the folder: by time.
-    kept_ = {{KeyframeId{2}, {.reference_time = 990.125, .T_c_reference = SE3::exp(twist_), .moved = {}}},
+    kept_ = {{KeyframeId{2},
+              {.reference_time = 990.125,
+               .reference_fingerprint = "0123456789abcdef",
+               .T_c_reference = SE3::exp(twist_),
+               .moved = {}}},
              {KeyframeId{9},
               {.reference_time = store_.timestamp(KeyframeId{9}),
+               .reference_fingerprint = "",
                .T_c_reference = {},
                .moved = {first_instance()}}}};
     write_keyframe_folder(folder_, store_, kept_, camera_);
@@ -190,6 +195,10 @@ TEST_F(KeyframeFolder, SaysWhatIsWrongWithItsIndex) {
   with_instance_id(5);
   change_index([](auto& json) { json["keyframes"][1]["instances"][0]["moved"] = 1; });
   EXPECT_THAT(refusal(), HasSubstr("'moved' is neither true nor false"));
+  change_index([](auto& json) { json["keyframes"][1]["instances"][0]["moved"] = true; });
+  change_index([](auto& json) { json["keyframes"][1]["instances"][0]["score"] = -1e30; });
+  EXPECT_THAT(refusal(), HasSubstr("'score' is not between 0 and 1"));
+  change_index([](auto& json) { json["keyframes"][1]["instances"][0]["score"] = 0.5; });
   change_index([](auto& json) { json["keyframes"][1]["T_c_reference"]["translation"] = {1, 2}; });
   EXPECT_THAT(refusal(), HasSubstr("'translation' has not 3 numbers"));
   change_index([](auto& json) {
@@ -220,7 +229,7 @@ TEST_F(KeyframeFolder, SaysWhatIsWrongWithItsIndex) {
   EXPECT_THAT(refusal(), HasSubstr("keyframes.json"));
 }
 
-TEST_F(KeyframeFolder, HasNoIndexBeforeItIsWhole) {
+TEST_F(KeyframeFolder, IsRefusedBeforeItIsWholeAndCanBeTakenAway) {
   fs::remove_all(folder_ / "depth");
   temporary_.write("run/keyframes/depth", "a file where a folder goes");
   EXPECT_THAT(message_of<UserError>([&] { write_keyframe_folder(folder_, store_, kept_, camera_); }),
@@ -229,7 +238,10 @@ TEST_F(KeyframeFolder, HasNoIndexBeforeItIsWhole) {
   fs::create_directories(folder_ / "depth/1000.350000.png");
   EXPECT_THAT(message_of<UserError>([&] { write_keyframe_folder(folder_, store_, kept_, camera_); }),
               HasSubstr("1000.350000.png"));
-  EXPECT_FALSE(fs::exists(folder_ / "keyframes.json"));
+  EXPECT_THAT(refusal(), HasSubstr("a 'keyframes' is missing"));
+  fs::remove(folder_ / "depth/1000.350000.png");
+  clear_keyframe_folder(folder_);
+  EXPECT_FALSE(fs::exists(folder_));
 }
 
 }  // namespace

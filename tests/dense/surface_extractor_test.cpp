@@ -122,6 +122,7 @@ TEST(SurfaceExtractor, FindsAllSidesOfABox) {
 TEST(SurfaceExtractor, SkipsWhatWasHardlySeenOrIsLookedThrough) {
   VoxelGrid grid(kVoxel);
   SurfaceOptions options;
+  options.min_weight = 3.0;
   fill(grid, {0, 0, -5}, {47, 31, 5}, plane({0, 0, 1}, 0.002));
   fill(grid, {48, 0, -5}, {63, 31, 5}, plane({0, 0, 1}, 0.002), 2);
   for (const BlockCoord& place : grid.sorted()) {

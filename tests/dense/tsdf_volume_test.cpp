@@ -62,14 +62,14 @@ Voxel voxel_at(const TsdfVolume& volume, const Eigen::Vector3d& point_w) {
   Voxel voxel{0.0, block->weight[i], block->free[i]};
   if (voxel.weight > 0) {
     voxel.distance =
-        volume.options().truncation / VoxelBlock::kDistanceSteps * block->distance[i] / block->weight[i];
+        VolumeOptions().truncation / VoxelBlock::kDistanceSteps * block->distance[i] / block->weight[i];
   }
   return voxel;
 }
 
 // Depth at which the distance is 0 along the optical axis, between the two voxels about it.
 double zero_crossing(const TsdfVolume& volume, double from, double to) {
-  const double step = volume.options().voxel;
+  const double step = volume.grid().voxel_size();
   for (double z = from; z < to; z += step) {
     const Voxel near = voxel_at(volume, {0.0, 0.0, z}), far = voxel_at(volume, {0.0, 0.0, z + step});
     if (near.weight == 0 || far.weight == 0 || near.distance < 0.0 || far.distance >= 0.0) continue;

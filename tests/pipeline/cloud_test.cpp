@@ -141,6 +141,8 @@ TEST(Cloud, InRealtimeIsOfTheSameRoom) {
   EXPECT_GT(outcome.keyframes, 0U);
   EXPECT_GT(outcome.fused.cloud.points.size(), 5000U);
   EXPECT_LT(outcome.error.mean, 0.015);
+  EXPECT_LT(outcome.error.far, 0.01);
+  EXPECT_GT(outcome.error.completeness, 0.9);
 }
 
 // Bundle adjustment goes on moving keyframes that are in the volume already: they are taken out of it and in
