@@ -157,9 +157,9 @@ class IPL_SLAM_API Slam {
   void save_map(const std::filesystem::path& file) const;
   /// Fuses the static surfaces that the frames taken into the map saw, in the world of trajectory(), and
   /// writes them as a labelled point cloud: PLY, or PCD where the file's name ends in .pcd (docs/formats.md).
-  /// Replaces the file like save_trajectory(). Takes some hundredths of a second per keyframe that is new or
-  /// moved since the last call. Throws UserError when the file cannot be written, while there is no map yet,
-  /// with the setting dense.enabled=false and with `localize_only`.
+  /// Replaces the file like save_trajectory(). Takes some hundredths of a second per keyframe. Throws
+  /// UserError when the file cannot be written, while there is no map yet, with the setting
+  /// dense.enabled=false and with `localize_only`.
   void save_cloud(const std::filesystem::path& file) const;
 
  private:
