@@ -115,7 +115,10 @@ void print(const CloudError& error, bool with_ghosts) {
              100.0 * error.far, 100.0 * CloudError::kFar);
   fmt::print("completeness   {:.2f} % of what was seen has a point within {:g} cm\n",
              100.0 * error.completeness, 100.0 * CloudError::kComplete);
-  if (with_ghosts) fmt::print("ghosts         {:.4f} % of the points\n", 100.0 * error.ghosts);
+  if (!with_ghosts) return;
+  fmt::print(
+      "ghosts         {:.4f} % of the points ({:.0f}) lie within {:g} cm of where somebody was who moved\n",
+      100.0 * error.ghosts, error.ghosts * static_cast<double>(error.points), 100.0 * CloudError::kOnMover);
 }
 
 void bench_cloud(const BenchCloudOptions& options) {
@@ -129,7 +132,9 @@ void bench_cloud(const BenchCloudOptions& options) {
   }
   const Trajectory truth = read_trajectory(*truth_file);
   const SemanticCloud cloud = read_cloud(options.run / "cloud.ply");
-  const SE3 T_ge = align_poses(truth, read_trajectory(options.run / "trajectory.txt"));
+  // What `map export` writes has keyframes only.
+  const fs::path all = options.run / "trajectory.txt", some = options.run / "keyframes.txt";
+  const SE3 T_ge = align_poses(truth, read_trajectory(fs::exists(all) ? all : some));
   const TruePoses poses(truth);
   const CloudError error = read_truth(options, camera, source, poses).compare(cloud, T_ge);
   const bool with_ghosts = !options.masks.empty();
@@ -148,7 +153,8 @@ void add_bench_cloud(CLI::App& bench) {
       ->check(not_empty())
       ->required();
   verb->add_option("--camera", options->sequence.camera, "As for 'run'")->type_name("NAME|FILE");
-  verb->add_option("run", options->run, "Results of `ipl_slam run`: cloud.ply and trajectory.txt")
+  verb->add_option("run", options->run,
+                   "Results of `ipl_slam run` or `map export`: cloud.ply and trajectory.txt or keyframes.txt")
       ->type_name("RUN_DIR")
       ->check(not_empty())
       ->required();

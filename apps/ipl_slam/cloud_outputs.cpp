@@ -68,6 +68,12 @@ std::vector<std::string> CloudOutputs::write(const std::filesystem::path& folder
     names.emplace_back(name);
   };
   const SemanticCloud& cloud = fused.cloud;
+  if (label_colors && cloud.classes.empty()) {
+    log().warn(
+        "--label-colors: nothing in the cloud has a class; classes come from a network (--model) or from "
+        "masks "
+        "with a list of classes");
+  }
   const CloudColors colors = label_colors ? CloudColors::kLabels : CloudColors::kImage;
   write_as("cloud.ply", cloud_ply(cloud, colors));
   write_as("objects.json", json_text(objects_json(fused.objects, cloud.classes)));

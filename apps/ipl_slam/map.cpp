@@ -104,7 +104,7 @@ std::unique_ptr<KeyframeCloud> fuse(const ExportArguments& arguments, const Save
                     kept.size(), fmt::join(arguments.keyframes, "', '"), part.value, arguments.file));
   }
   if (situations.size() < kept.size()) {
-    log().warn("{} of {} keyframes do not belong to part {} of the map and are left out",
+    log().warn("{} of {} keyframes do not belong to part {} of the map (of another run?) and are left out",
                kept.size() - situations.size(), kept.size(), part.value);
   }
   std::optional<ProgressBar> bar;
@@ -122,10 +122,14 @@ std::unique_ptr<KeyframeCloud> fuse(const ExportArguments& arguments, const Save
   return cloud;
 }
 
-// What is given twice would count twice.
-void check_distinct(const std::vector<std::string>& folders) {
+// What is given twice would count twice, and results among the keyframes would spoil them.
+void check_folders(const std::vector<std::string>& folders, const std::string& output) {
   std::error_code error;
   for (std::size_t i = 0; i < folders.size(); ++i) {
+    if (fs::equivalent(folders[i], output, error)) {
+      throw UserError(
+          fmt::format("'{}' holds the keyframes themselves; choose another folder with -o", output));
+    }
     for (std::size_t k = 0; k < i; ++k) {
       if (fs::equivalent(folders[i], folders[k], error)) {
         throw UserError(fmt::format("--keyframes '{}' is given twice", folders[i]));
@@ -140,7 +144,7 @@ void export_map(const ExportArguments& arguments) {
         "clouds, meshes and occupancy are made of the keyframes' images: give --keyframes FOLDER");
   }
   arguments.cloud.check();
-  check_distinct(arguments.keyframes);
+  check_folders(arguments.keyframes, arguments.output);
   const Config config = arguments.settings.load_config();
   const SavedMap saved = load_map(arguments.file);
   const Map& map = saved.map;

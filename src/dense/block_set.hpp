@@ -30,9 +30,7 @@ class BlockSet {
 
   // The slot of a place, or the empty one that it would take.
   [[nodiscard]] std::size_t slot_of(const BlockCoord& place) const {
-    const std::uint32_t mixed = static_cast<std::uint32_t>(place.x) * 73856093U ^
-                                static_cast<std::uint32_t>(place.y) * 19349663U ^
-                                static_cast<std::uint32_t>(place.z) * 83492791U;
+    const std::size_t mixed = PlaceHash{}(place);
     std::size_t i = (mixed ^ mixed >> 15U) & (slots_.size() - 1);
     while (slots_[i] != kEmpty && places_[slots_[i]] != place) i = (i + 1) & (slots_.size() - 1);
     return i;

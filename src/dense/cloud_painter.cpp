@@ -33,6 +33,11 @@ float quantile(std::vector<float>& values, double share) {
   return *at;
 }
 
+int margin_in(const Camera& camera, const PaintOptions& options) {
+  constexpr double kReferenceWidth = 640.0;  // pixels, that PaintOptions::margin speaks of
+  return static_cast<int>(std::lround(options.margin * camera.width / kReferenceWidth));
+}
+
 }  // namespace
 
 // A point as a view sees it.
@@ -130,8 +135,8 @@ CloudPainter::CloudPainter(std::vector<SurfacePoint> points, const Camera& camer
 void CloudPainter::add(const PaintView& view, const SE3& T_cw) {
   check(view, {camera_.width, camera_.height});
   const Projection projection(camera_, T_cw, view.depth, options_);
-  const LabelVoters voters(view.instances.empty() ? cv::Mat() : view.labels, view.depth, options_.margin,
-                           options_.depth_spread);
+  const LabelVoters voters(view.instances.empty() ? cv::Mat() : view.labels, view.depth,
+                           margin_in(camera_, options_), options_.depth_spread);
   const std::vector<Name> names = names_in(view);
   Sight sight{};
   for (const Group& group : groups_) {

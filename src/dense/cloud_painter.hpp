@@ -41,7 +41,9 @@ struct PaintOptions {
               "or, far away, by less than this x depth^2: three standard deviations of a structured-light "
               "camera"});
     v.number("margin", margin,
-             {0, 50, "px", "pixels this near to another instance's do not vote on classes"});
+             {0, 50, "px",
+              "pixels this near to another instance's do not vote on classes; in images 640 wide, in scale "
+              "in others"});
     v.number("depth_spread", depth_spread,
              {0.0, 100.0, "m",
               "nor do pixels further behind their instance's median depth than this, or than three times its "

@@ -51,14 +51,6 @@ class PointCells {
 
  private:
   using Cell = VoxelCoord;
-  struct Hash {
-    std::size_t operator()(const Cell& c) const {
-      // As in VoxelGrid.
-      return static_cast<std::size_t>(c.x) * 73856093U ^ static_cast<std::size_t>(c.y) * 19349663U ^
-             static_cast<std::size_t>(c.z) * 83492791U;
-    }
-  };
-
   [[nodiscard]] Cell cell_of(const Eigen::Vector3f& p) const {
     const Eigen::Vector3i c = (p / (2.0F * reach_)).array().floor().cast<int>();
     return {c.x(), c.y(), c.z()};
@@ -66,8 +58,8 @@ class PointCells {
 
   const std::vector<CloudPoint>& points_;
   float reach_;
-  std::vector<std::pair<Cell, std::uint32_t>> order_;  // points by cell
-  std::unordered_map<Cell, std::size_t, Hash> first_;  // of a cell in order_
+  std::vector<std::pair<Cell, std::uint32_t>> order_;       // points by cell
+  std::unordered_map<Cell, std::size_t, PlaceHash> first_;  // of a cell in order_
 };
 
 }  // namespace

@@ -26,6 +26,16 @@ struct BlockCoord {
   friend auto operator<=>(const BlockCoord&, const BlockCoord&) = default;
 };
 
+/// Mixes the numbers of a place. Any mixing will do: the primes are those of Teschner et al., "Optimized
+/// spatial hashing for collision detection of deformable objects", VMV 2003.
+struct PlaceHash {
+  template <class Place>
+  std::size_t operator()(const Place& p) const {
+    return static_cast<std::uint32_t>(p.x) * 73856093U ^ static_cast<std::uint32_t>(p.y) * 19349663U ^
+           static_cast<std::uint32_t>(p.z) * 83492791U;
+  }
+};
+
 /// A cube of voxels. All sums are of whole numbers: what was added can be taken out again without a trace,
 /// in any order.
 struct alignas(32) VoxelBlock {
@@ -84,18 +94,9 @@ class VoxelGrid {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  struct Hash {
-    std::size_t operator()(const BlockCoord& b) const {
-      // Any mixing will do: the primes are those of Teschner et al., "Optimized spatial hashing for collision
-      // detection of deformable objects", 2003.
-      return static_cast<std::size_t>(b.x) * 73856093U ^ static_cast<std::size_t>(b.y) * 19349663U ^
-             static_cast<std::size_t>(b.z) * 83492791U;
-    }
-  };
-
   double voxel_size_;
   std::vector<Entry> blocks_;
-  std::unordered_map<BlockCoord, std::uint32_t, Hash> index_;  // of blocks_
+  std::unordered_map<BlockCoord, std::uint32_t, PlaceHash> index_;  // of blocks_
 };
 
 }  // namespace ipl_slam

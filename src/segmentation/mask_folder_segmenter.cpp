@@ -120,10 +120,15 @@ MaskFolderSegmenter::MaskFolderSegmenter(const MaskFolderOptions& options, cv::S
     throw UserError(fmt::format("'{}' is no folder; give the folder of the masks", options.folder));
   }
   images_ = find_images(folder_);
-  if (is_there(folder_ / "classes.txt")) {
-    classes_ = read_classes(folder_ / "classes.txt");
-  } else if (is_there(folder_ / "objects.json")) {
-    classes_ = read_objects(folder_ / "objects.json");
+  // Where `ipl_slam synth` wrote them, lists stand beside the folder of images.
+  const fs::path above = folder_ / "..";
+  for (const fs::path& place : {folder_, is_there(above / "masks.txt") ? above : folder_}) {
+    if (is_there(place / "classes.txt")) {
+      classes_ = read_classes(place / "classes.txt");
+    } else if (is_there(place / "objects.json")) {
+      classes_ = read_objects(place / "objects.json");
+    }
+    if (!classes_.empty()) break;
   }
 
   LoadedImage first;

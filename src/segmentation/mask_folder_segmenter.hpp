@@ -34,9 +34,9 @@ struct MaskFolderOptions {
 /// - masks.txt, lines "timestamp file" (relative to the folder), as `ipl_slam synth` writes it; without it
 ///   the images are named by their timestamps, e.g. 1305031102.175304.png;
 /// - optionally what the ids mean: classes.txt with lines "ID CLASS [SCORE]" and '#' comments, or
-///   objects.json as `ipl_slam synth` writes it. The score is the last word if that is a number with a
-///   decimal point, from 0.0 to 1.0, and no other word is; so "3 class 7" has none and "3 class 7 0.9" has
-///   one;
+///   objects.json as `ipl_slam synth` writes it; also in the folder above, where masks.txt is there. The
+///   score is the last word if that is a number with a decimal point, from 0.0 to 1.0, and no other word is;
+///   so "3 class 7" has none and "3 class 7 0.9" has one;
 /// - optionally the same for one image alone, for segmenters that count anew in every frame: a file beside
 ///   the image with the ending .txt. It then counts instead of the folder's list.
 /// An id that no list names is an instance of class "unknown" with score 1.

@@ -307,6 +307,9 @@ TEST(CliCloud, ExportRefusesWhatItCannotDoBeforeItWritesAnything) {
                  {saved.keyframes, "given twice"});
   expect_refused(saved.export_to("out", {"--keyframes", saved.keyframes, "--set", "dense.volume.voxel=0.05"}),
                  {"dense.volume.truncation", "dense.volume.voxel"});
+  fs::copy(saved.keyframes, saved.sequence.beside("copied"), fs::copy_options::recursive);
+  expect_refused(saved.export_to("copied", {"--keyframes", saved.sequence.beside("copied").string()}),
+                 {"copied", "choose another folder"});
   if (!has_octomap()) {
     expect_refused(saved.export_to("out", {"--keyframes", saved.keyframes, "--octomap"}), {"liboctomap"});
   }

@@ -204,6 +204,20 @@ TEST(MaskFolder, RefusesAFolderThatCannotBeMeant) {
   EXPECT_THAT(refusal(small), HasSubstr("is 10x10, the sequence 40x30"));
 }
 
+TEST(MaskFolder, FindsTheListBesideTheFolderOfImages) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "masks");
+  write_png(folder, "masks/1.png", two_labels());
+  folder.write("classes.txt", "1 person\n2 chair\n");
+  const auto first_class = [&] {
+    MaskFolderSegmenter masks({.folder = (folder / "masks").string()}, {kWidth, kHeight});
+    return masks.segment(at(1.0)).at(0).class_name;
+  };
+  EXPECT_EQ(first_class(), "unknown") << "the list may be of something else";
+  folder.write("masks.txt", "1.0 masks/1.png\n");
+  EXPECT_EQ(first_class(), "person");
+}
+
 TEST(MaskFolder, RefusesAFolderThatCannotBeRead) {
   const TemporaryFolder folder;
   write_png(folder, "1.png", two_labels());
