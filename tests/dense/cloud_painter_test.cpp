@@ -48,8 +48,15 @@ struct View {
   [[nodiscard]] PaintView paint() const { return {color, depth, labels, instances}; }
 };
 
+// 3 pixels of these images count as the margin.
+PaintOptions with_margin() {
+  PaintOptions options;
+  options.margin = 12;  // of 640
+  return options;
+}
+
 CloudPainter painter_of(std::vector<SurfacePoint> points, const std::vector<View>& views,
-                        const PaintOptions& options = {}) {
+                        const PaintOptions& options = with_margin()) {
   CloudPainter painter(std::move(points), small_camera(), options);
   for (const View& view : views) painter.add(view.paint(), {});
   return painter;
