@@ -1,6 +1,8 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <sstream>
+#include <string>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -92,20 +94,52 @@ class Reader {
   std::vector<detail::PendingValue> pending_;
 };
 
+// Whether a file holds comments and marks of documents at most. (The library takes some broken ones for
+// empty.)
+bool says_nothing(const std::string& text) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const auto first = line.find_first_not_of(" \t\r");
+    if (first == std::string::npos || line[first] == '#' || line[0] == '%') continue;
+    const std::string word = line.substr(first, line.find_last_not_of(" \t\r") + 1 - first);
+    if (word != "---" && word != "..." && word != "~" && word != "null") return false;
+  }
+  return true;
+}
+
+// The line on which a second document starts; 0 = none does. Found by its mark, as YAML::LoadAll never ends
+// where a document is broken.
+int second_document(const std::string& text) {
+  std::istringstream lines(text);
+  std::string line;
+  bool content = false, ended = false;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    const auto is_mark = [&](const char* mark) {
+      return line.starts_with(mark) && (line.size() == 3 || line.find_first_of(" \t\r", 3) == 3);
+    };
+    const bool starts = is_mark("---"), ends = is_mark("...");
+    const auto first = line.find_first_not_of(" \t\r");
+    const bool says_something = !ends && first != std::string::npos && line[first] != '#' && line[0] != '%' &&
+                                (!starts || line.size() > 4);
+    if (content && (starts || (ended && says_something))) return starts ? number + 1 : number;
+    content = content || says_something;
+    ended = ended || (content && ends);
+  }
+  return 0;
+}
+
 }  // namespace
 
 void read_options_file(const OptionTable& table, const std::filesystem::path& file) {
   const std::string text = read_text(file);
   Reader reader(table, file.string());
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.empty()) return;
-    if (documents.size() > 1) {
-      throw UserError(fmt::format("{}: a second YAML document starts here; put all settings into one",
-                                  reader.where(documents[1])));
+    if (const int line = second_document(text); line > 0) {
+      throw UserError(fmt::format("{}:{}: a second YAML document starts here; put all settings into one",
+                                  file.string(), line));
     }
-    const YAML::Node& root = documents[0];
-    if (root.IsNull()) return;
+    const YAML::Node root = YAML::Load(text);
+    if (root.IsNull() && says_nothing(text)) return;
     if (!root.IsMap()) {
       throw UserError(fmt::format("{}: settings must be lines of the form 'key: value'", reader.where(root)));
     }

@@ -195,6 +195,8 @@ TEST_F(SettingsFile, ThatIsNoSingleMapIsRefused) {
   EXPECT_THAT(refusal("- 1\n- 2\n"), StartsWith("1: settings must be lines of the form"));
   EXPECT_THAT(refusal("just words\n"), StartsWith("1: settings must be lines of the form"));
   EXPECT_THAT(refusal("seed: 1\n---\nseed: 2\n"), HasSubstr("second YAML document"));
+  EXPECT_THAT(refusal("---\nseed: 1\n...\nseed: 2\n"), HasSubstr("second YAML document"));
+  EXPECT_THAT(refusal(",,,,,\nseed: 1\n"), HasSubstr("key: value")) << "and ends";
   EXPECT_THAT(refusal("[a, b]: 1\n"), HasSubstr("a key must be a plain name"));
 }
 
