@@ -33,9 +33,7 @@ DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
       options_(options),
       maker_(camera),
       views_({camera.width, camera.height}),
-      volume_(camera_, options.volume) {
-  options_.range.depth_sigma = options.volume.depth_sigma;
-}
+      volume_(camera_, options.volume) {}
 
 void DenseMap::add(KeyframeId id, double timestamp, const cv::Mat& color, const cv::Mat& depth,
                    const std::vector<TrackedInstance>& instances) {
@@ -69,7 +67,7 @@ RangeImage DenseMap::range_image(KeyframeId id, const std::set<InstanceId>& move
   const cv::Mat depth = views_.depth(id);
   const cv::Mat left_out =
       left_out_mask(views_.labels(id), depth, views_.instances(id), moved, camera_, options_.left_out);
-  return make_range_image(depth, left_out, camera_, options_.range);
+  return make_range_image(depth, left_out, camera_, options_.range, options_.volume.depth_sigma);
 }
 
 void DenseMap::take_in(KeyframeId id, const ViewSituation& situation) {

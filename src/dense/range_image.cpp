@@ -238,7 +238,7 @@ struct RowFilter {
 }  // namespace
 
 RangeImage make_range_image(const cv::Mat& depth, const cv::Mat& left_out, const Camera& camera,
-                            const RangeOptions& options) {
+                            const RangeOptions& options, double depth_sigma) {
   CV_Assert(depth.type() == CV_16UC1 && depth.cols == camera.width && depth.rows == camera.height);
   CV_Assert(left_out.empty() || (left_out.type() == CV_8UC1 && left_out.size() == depth.size()));
   const Neighbourhood around = look_around(depth);
@@ -246,7 +246,7 @@ RangeImage make_range_image(const cv::Mat& depth, const cv::Mat& left_out, const
   const CellMeans means = cell_means(depth, edges, camera.depth_scale);
   const cv::Mat& inverse_depth = means.inverse_depth;
   const std::vector<Plane> planes = cell_planes(means, camera);
-  const Smoother smoothed{static_cast<float>(options.depth_sigma),
+  const Smoother smoothed{static_cast<float>(depth_sigma),
                           static_cast<float>(std::max(options.detail * options.detail, 1e-12))};
 
   RangeImage range{cv::Mat(depth.size(), CV_32FC1), cv::Mat(depth.size(), CV_32FC1),

@@ -7,14 +7,16 @@
 
 namespace ipl_slam {
 
+/// Error of a structured-light camera's depth at 1 m, which grows with the square of depth (Khoshelham and
+/// Elberink, "Accuracy and resolution of Kinect depth data", Sensors 2012). 1/m.
+inline constexpr double kStructuredLightSigma = 0.0014;
+
 /// Which measured depth is taken for a surface.
 struct RangeOptions {
   double max_depth = 4.0;       ///< m
   double edge = 0.03;           ///< depth steps above this share of the depth are edges
   double min_incidence = 0.15;  ///< least cosine between ray and surface normal
   double detail = 0.005;        ///< m
-  /// 1/m; error of depth at 1 m, which grows with its square. A DenseMap sets it to that of its volume.
-  double depth_sigma = 0.0014;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -41,8 +43,9 @@ struct RangeImage {
 };
 
 /// depth: CV_16UC1, raw units, undistorted. left_out: CV_8UC1, not 0 where no surface is to be taken in; may
-/// be empty. camera: its distortion does not count.
+/// be empty. camera: its distortion does not count. depth_sigma: error of depth at 1 m, 1/m.
 [[nodiscard]] RangeImage make_range_image(const cv::Mat& depth, const cv::Mat& left_out, const Camera& camera,
-                                          const RangeOptions& options);
+                                          const RangeOptions& options,
+                                          double depth_sigma = kStructuredLightSigma);
 
 }  // namespace ipl_slam

@@ -17,9 +17,8 @@ struct VolumeOptions {
   double truncation = 0.04;  ///< m
   /// m. With depth_sigma it makes views from 2 m count half, from 3 m a seventh of the nearest.
   double pose_sigma = 0.005;
-  /// 1/m. Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 2012: 1.4 mm at
-  /// 1 m, in proportion to the square of depth. (Tracking trusts depth less: see DepthNoiseOptions.)
-  double depth_sigma = 0.0014;
+  /// 1/m. (Tracking trusts depth less: see DepthNoiseOptions.)
+  double depth_sigma = kStructuredLightSigma;
   int max_memory = 4096;  ///< MiB
 
   template <class Visitor>

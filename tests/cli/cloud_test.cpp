@@ -180,7 +180,7 @@ TEST(CliCloud, ComesInTheFormatsThatAreAskedForAndTheyGoWithTheNextRun) {
 }
 
 TEST(CliCloud, AnOctomapIsRefusedBeforeTrackingWhereNoneCanBeWritten) {
-  if (has_octomap()) GTEST_SKIP() << "built with OctoMap";
+  if (has_octomap()) GTEST_SKIP() << "this build has OctoMap (dense.WithoutOctomap covers the other)";
   const MadeSequence sequence;
   const Finished finished = run(sequence, {"--octomap"});
   expect_refused(finished, {"OctoMap", "liboctomap"});

@@ -187,5 +187,76 @@ TEST(RangeImage, RefusesImagesOfAnotherSizeOrType) {
                cv::Exception);
 }
 
+// --- smoothing ---
+
+// RMS error of depth against the truth, m, over pixels that were taken in.
+double depth_error(const RangeImage& range, const cv::Mat& truth, const cv::Rect& where) {
+  double squares = 0.0;
+  int pixels = 0;
+  for (int v = where.y; v < where.br().y; ++v) {
+    for (int u = where.x; u < where.br().x; ++u) {
+      const float measured = range.depth.at<float>(v, u);
+      if (measured == 0.0F) continue;
+      squares += std::pow(measured - truth.at<float>(v, u), 2);
+      ++pixels;
+    }
+  }
+  EXPECT_GT(pixels, where.area() / 2);
+  return std::sqrt(squares / pixels);
+}
+
+RangeImage smoothed(const cv::Mat& metres, const Camera& camera, double detail) {
+  RangeOptions options;
+  options.detail = detail;
+  return make_range_image(synthetic::depth_to_raw(metres, kRawPerMetre), {}, camera, options);
+}
+
+constexpr double kNoSmoothing = 1.0, kDefaultDetail = 0.005;  // m
+
+TEST(RangeImage, SmoothsTheNoiseOfWhatIsFarAway) {
+  const Camera camera;
+  const cv::Mat truth = plane(camera, Eigen::Vector3d(0.3, 0.2, 1.0).normalized(), 3.4);
+  synthetic::DepthSensorOptions sensor;
+  sensor.disparity_step = 0.0;  // noise that differs from pixel to pixel
+  const cv::Mat noisy =
+      synthetic::measure_depth(truth, cv::Mat(truth.size(), CV_32FC1, cv::Scalar(1.0)), camera, sensor, 7);
+  const cv::Rect middle(200, 150, 240, 180);
+  const double before = depth_error(smoothed(noisy, camera, kNoSmoothing), truth, middle),
+               after = depth_error(smoothed(noisy, camera, kDefaultDetail), truth, middle);
+  EXPECT_GT(before, 0.010);
+  EXPECT_LT(after, 0.5 * before);  // 16 pixels have a quarter of the noise of one, some of which is kept
+}
+
+TEST(RangeImage, KeepsTheDetailOfWhatIsNear) {
+  const Camera camera;
+  cv::Mat depth = plane(camera, Eigen::Vector3d(0, 0, 1), 0.8);
+  const cv::Rect ridge(320, 0, 1, 480);
+  depth(ridge).setTo(0.803F);  // 3 mm, three times the noise there
+  const RangeImage range = smoothed(depth, camera, kDefaultDetail);
+  EXPECT_NEAR(range.depth.at<float>(240, 320), 0.803, 2e-4);
+  EXPECT_NEAR(range.depth.at<float>(240, 300), 0.800, 2e-4);
+}
+
+TEST(RangeImage, IsNotBentAtTheRimOfAHoleInASlantedFloor) {
+  const Camera camera;
+  const Eigen::Vector3d n(0.0, std::cos(0.25), std::sin(0.25));  // seen flat: 4 cm of depth per row at 3 m
+  const cv::Mat truth = plane(camera, n, 1.4);
+  cv::Mat holed = truth.clone();
+  for (int v = 0; v < holed.rows; v += 8) holed.rowRange(v, v + 2).setTo(0.0F);  // half of every second cell
+  const RangeImage range = smoothed(holed, camera, kDefaultDetail);
+  double sum = 0.0;
+  int pixels = 0;
+  for (int v = 0; v < holed.rows; ++v) {
+    for (int u = 200; u < 440; ++u) {
+      const float measured = range.depth.at<float>(v, u), true_depth = truth.at<float>(v, u);
+      if (measured == 0.0F || v % 8 > 3 || true_depth < 2.5F || true_depth > 3.5F) continue;
+      sum += measured - true_depth;
+      ++pixels;
+    }
+  }
+  ASSERT_GT(pixels, 100);
+  EXPECT_LT(std::abs(sum / pixels), 0.002);
+}
+
 }  // namespace
 }  // namespace ipl_slam

@@ -345,7 +345,7 @@ TEST(TsdfVolume, TakesABlockThatWasMadeAnewForANewOne) {
 }
 
 TEST(TsdfVolume, GivesTheSameBitsWithEitherBody) {
-  if (best_simd() == Simd::portable) GTEST_SKIP() << "this processor has one body only";
+  if (best_simd() == Simd::portable) GTEST_SKIP() << "this processor has no AVX2";
   Random random(3);
   TsdfVolume portable(small_camera(), {}, Simd::portable), wide(small_camera(), {}, best_simd());
   std::vector<RangeImage> ranges;
